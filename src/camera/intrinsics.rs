@@ -1,0 +1,77 @@
+//! The pinhole model of a calibrated camera.
+
+use bevy::prelude::*;
+
+/// Pinhole intrinsics of a camera, in pixels of the pictures it delivers.
+///
+/// Image coordinates have their origin at the top-left corner of the picture, +u right and +v down; the pixel in the
+/// corner covers 0…1 and has its center at 0.5. Lens distortion is not modeled: undistort strongly distorted pictures
+/// before feeding them.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Debug, Clone, PartialEq)]
+pub struct Intrinsics {
+    /// Focal lengths along u and v, in pixels. Finite and above 0.
+    pub focal: Vec2,
+    /// Principal point: where the optical axis meets the picture, in pixels. Usually close to half of [`size`](Self::size).
+    pub center: Vec2,
+    /// Width and height of the pictures these numbers belong to, in pixels.
+    pub size: UVec2,
+}
+
+impl Intrinsics {
+    /// Square pixels, principal point in the middle, from the horizontal field of view in radians (0…π, exclusive).
+    pub fn from_horizontal_fov(size: UVec2, fov: f32) -> Self {
+        let focal = 0.5 * size.x as f32 / (0.5 * fov).tan();
+        Self { focal: Vec2::splat(focal), center: size.as_vec2() * 0.5, size }
+    }
+
+    /// The same camera delivering pictures of another size (scaled, not cropped).
+    pub fn scaled_to(&self, size: UVec2) -> Self {
+        let scale = size.as_vec2() / self.size.as_vec2();
+        Self { focal: self.focal * scale, center: self.center * scale, size }
+    }
+
+    /// Whether every number is finite, the focal lengths are above 0 and the size is not empty.
+    pub fn is_valid(&self) -> bool {
+        self.focal.is_finite()
+            && self.center.is_finite()
+            && self.focal.min_element() > 0.0
+            && self.size.min_element() > 0
+    }
+
+    /// Pixel position of a point given in camera space (metres, Bevy axes: the camera looks along −Z).
+    ///
+    /// `None` for points beside or behind the camera (z ≥ 0).
+    pub fn project(&self, pos_camera: Vec3) -> Option<Vec2> {
+        (pos_camera.z < 0.0)
+            .then(|| self.center + self.focal * Vec2::new(pos_camera.x, -pos_camera.y) / -pos_camera.z)
+    }
+
+    /// Unit direction in camera space (Bevy axes) of the ray through a pixel position.
+    pub fn ray(&self, pixel: Vec2) -> Vec3 {
+        let p = (pixel - self.center) / self.focal;
+        Vec3::new(p.x, -p.y, -1.0).normalize()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_projected_ray_returns_to_its_pixel() {
+        let k = Intrinsics { focal: Vec2::new(600.0, 610.0), center: Vec2::new(321.0, 239.0), size: UVec2::new(640, 480) };
+        for pixel in [Vec2::ZERO, Vec2::new(640.0, 480.0), Vec2::new(100.5, 400.25)] {
+            let back = k.project(k.ray(pixel) * 3.0).expect("in front of the camera");
+            assert!(back.distance(pixel) < 1e-3, "{pixel} came back as {back}");
+        }
+    }
+
+    #[test]
+    fn up_in_space_is_up_in_the_picture() {
+        let k = Intrinsics::from_horizontal_fov(UVec2::new(640, 480), 1.0);
+        let above = k.project(Vec3::new(0.0, 0.1, -1.0)).expect("in front of the camera");
+        assert!(above.y < k.center.y);
+        assert!(k.project(Vec3::new(0.0, 0.0, 1.0)).is_none());
+    }
+}

@@ -1,0 +1,21 @@
+//! Live, measured light from the real world for Bevy.
+
+pub mod authoring;
+pub mod camera;
+pub mod probe;
+pub mod shadows;
+pub mod stage;
+pub mod tracking;
+
+use bevy::prelude::*;
+
+/// The order of this crate's work within one frame.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum MirrorballSystems {
+    /// `PreUpdate`: the newest camera frame is taken in ([`camera`]).
+    Poll,
+    /// `PreUpdate`, after [`Poll`](Self::Poll): markers are found, the camera or the anchors move ([`tracking`]).
+    Track,
+    /// `PostUpdate`, after transforms are propagated: what depends on poses is computed.
+    Measure,
+}
