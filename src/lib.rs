@@ -19,3 +19,14 @@ pub enum MirrorballSystems {
     /// `PostUpdate`, after transforms are propagated: what depends on poses is computed.
     Measure,
 }
+
+/// What most games import.
+pub mod prelude {
+    pub use crate::{
+        camera::{ArCamera, CameraFeed, CameraFrame, FrameFit, Intrinsics},
+        probe::LightProbeSphere,
+        shadows::ShadowDomeLight,
+        stage::PhantomObject,
+        tracking::{MarkerAnchor, WorldOrigin},
+    };
+}

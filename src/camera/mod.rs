@@ -1,18 +1,100 @@
-//! Camera pictures in.
+//! Camera pictures in: the first stage.
+//!
+//! **Enters:** a still picture ([`CameraFeed::picture`]) or pixels a game supplies ([`CameraFeed::pixels`]).
+//! **Leaves:** on the camera entity a [`CameraFrame`] (CPU pixels, shared) and a [`FrameTexture`] (the same on the GPU),
+//! the picture drawn as the background, and a projection that equals the real camera's.
+//!
+//! # Units
+//! Pictures are 8-bit sRGB. The GPU decodes them to *linear camera units*: 1.0 is the sensor's white. An [`ArCamera`]
+//! draws them without tone mapping, dithering or ambient light, so that with nothing virtual in view and one screen pixel
+//! per camera pixel, the output equals the input to ±1/255. The environment maps of later stages are in the same units and
+//! are shown at the intensity `1 / Exposure::exposure()`, so 1.0 camera unit stays 1.0 in the frame buffer whatever the
+//! camera's [`Exposure`](bevy::camera::Exposure), and lamps keep Bevy's photometric units.
+//!
+//! # Cost
+//! One texture upload per new picture and one full-screen triangle per view.
 
+mod background_pass;
+mod feed;
 mod frame;
 mod intrinsics;
+mod projection;
+mod upload;
 
+pub use feed::{CameraError, CameraFeed, FeedState};
 pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
 pub use intrinsics::Intrinsics;
+pub use projection::{FrameFit, FrameMapping, IntrinsicsProjection};
+pub use upload::FrameTexture;
 
-use bevy::prelude::*;
+use crate::MirrorballSystems;
+use bevy::{
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    prelude::*,
+};
 
-/// A game camera that stands where the real camera stands.
+/// A game camera that stands where the real camera stands and shows its pictures behind everything.
+///
+/// Add a [`CameraFeed`] to the same entity. Required components switch off what would change the picture: tone mapping,
+/// dithering and ambient light.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::prelude::*;
+/// # fn setup(mut commands: Commands) {
+/// commands.spawn((
+///     ArCamera { intrinsics: Some(Intrinsics::from_horizontal_fov(UVec2::new(640, 480), 1.0)), ..default() },
+///     CameraFeed::picture("desk.png"),
+/// ));
+/// # }
+/// ```
 #[derive(Component, Reflect, Clone, Debug, Default)]
 #[reflect(Component, Default, Debug, Clone)]
-#[require(Camera3d)]
+#[require(
+    Camera3d,
+    Tonemapping = Tonemapping::None,
+    DebandDither = DebandDither::Disabled,
+    AmbientLight = AmbientLight { brightness: 0.0, ..default() },
+)]
 pub struct ArCamera {
-    /// The real camera's intrinsics.
+    /// The real camera's intrinsics; scaled to the size of the pictures that arrive. Defaults to `None`: a horizontal
+    /// field of view of 60° is assumed, which is good enough to see something and too coarse for good registration.
     pub intrinsics: Option<Intrinsics>,
+    /// How a picture fills a view of another shape. Defaults to [`FrameFit::Cover`].
+    pub fit: FrameFit,
+}
+
+/// Horizontal field of view assumed for cameras without intrinsics, in radians (60°, a common webcam).
+const ASSUMED_HORIZONTAL_FOV: f32 = 60.0 * std::f32::consts::PI / 180.0;
+
+impl ArCamera {
+    /// A camera with known intrinsics.
+    pub fn new(intrinsics: Intrinsics) -> Self {
+        Self { intrinsics: Some(intrinsics), ..default() }
+    }
+
+    /// The intrinsics for pictures of the given size: the known ones scaled, or 60° of horizontal field of view.
+    pub fn intrinsics_for(&self, frame_size: UVec2) -> Intrinsics {
+        self.intrinsics
+            .filter(Intrinsics::is_valid)
+            .map_or_else(|| Intrinsics::from_horizontal_fov(frame_size, ASSUMED_HORIZONTAL_FOV), |i| i.scaled_to(frame_size))
+    }
+}
+
+/// Takes pictures in, uploads them, draws them behind the scene and gives the camera the real camera's projection.
+pub struct CameraPlugin;
+
+impl Plugin for CameraPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<ArCamera>()
+            .configure_sets(PreUpdate, (MirrorballSystems::Poll, MirrorballSystems::Track).chain())
+            .add_systems(
+                PreUpdate,
+                (feed::poll_feeds, upload::allocate_frame_textures, projection::fit_projections)
+                    .chain()
+                    .in_set(MirrorballSystems::Poll),
+            );
+        upload::build(app);
+        background_pass::build(app);
+    }
 }

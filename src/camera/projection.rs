@@ -1,0 +1,206 @@
+//! The game camera's projection from the real camera's intrinsics.
+
+use super::{ArCamera, CameraFrame, Intrinsics};
+use bevy::{
+    camera::{CameraProjection, SubCameraView},
+    math::Vec3A,
+    prelude::*,
+};
+
+/// How a camera picture fills a view of another size or shape.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+pub enum FrameFit {
+    /// The view is full; what does not fit of the picture is cut off evenly.
+    #[default]
+    Cover,
+    /// The whole picture is seen; bars in the camera's clear color fill the rest.
+    Contain,
+    /// Width and height are scaled independently.
+    Stretch,
+}
+
+/// Affine map from picture pixels to view pixels: `view = scale · frame + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameMapping {
+    /// View pixels per picture pixel.
+    pub scale: Vec2,
+    /// View position of the picture's top-left corner, in view pixels.
+    pub offset: Vec2,
+    frame_size: Vec2,
+    view_size: Vec2,
+}
+
+impl FrameMapping {
+    /// The map of a picture into a view; both sizes in pixels, above 0. The centers coincide.
+    pub fn new(fit: FrameFit, frame_size: Vec2, view_size: Vec2) -> Self {
+        let ratio = view_size / frame_size;
+        let scale = match fit {
+            FrameFit::Cover => Vec2::splat(ratio.max_element()),
+            FrameFit::Contain => Vec2::splat(ratio.min_element()),
+            FrameFit::Stretch => ratio,
+        };
+        Self { scale, offset: 0.5 * (view_size - scale * frame_size), frame_size, view_size }
+    }
+
+    /// The same map in texture coordinates: `frame_uv = view_uv · xy + zw`.
+    pub fn frame_uv_from_view_uv(&self) -> Vec4 {
+        let extent = self.scale * self.frame_size;
+        let scale = self.view_size / extent;
+        let offset = -self.offset / extent;
+        Vec4::new(scale.x, scale.y, offset.x, offset.y)
+    }
+
+    /// The intrinsics of the view as if it were the camera's picture.
+    pub fn view_intrinsics(&self, frame: &Intrinsics) -> Intrinsics {
+        Intrinsics {
+            focal: frame.focal * self.scale,
+            center: frame.center * self.scale + self.offset,
+            size: self.view_size.as_uvec2(),
+        }
+    }
+}
+
+/// An off-center perspective projection with an infinite far plane and reversed depth, from pinhole intrinsics.
+#[derive(Clone, Debug)]
+pub struct IntrinsicsProjection {
+    /// Intrinsics of the camera's pictures.
+    pub intrinsics: Intrinsics,
+    /// How pictures fill the view.
+    pub fit: FrameFit,
+    /// Distance of the near plane in metres. Defaults to 0.01.
+    pub near: f32,
+    view_size: Vec2,
+}
+
+/// Objects farther away are culled; in metres. Depth itself has no far end.
+const CULLING_DISTANCE: f32 = 1000.0;
+
+impl IntrinsicsProjection {
+    /// A projection for a view of the picture's size; Bevy tells it the view's real size.
+    pub fn new(intrinsics: Intrinsics, fit: FrameFit) -> Self {
+        Self { intrinsics, fit, near: 0.01, view_size: intrinsics.size.as_vec2() }
+    }
+
+    fn view_intrinsics(&self) -> Intrinsics {
+        FrameMapping::new(self.fit, self.intrinsics.size.as_vec2(), self.view_size).view_intrinsics(&self.intrinsics)
+    }
+}
+
+impl CameraProjection for IntrinsicsProjection {
+    fn get_clip_from_view(&self) -> Mat4 {
+        let k = self.view_intrinsics();
+        let scale = 2.0 * k.focal / self.view_size;
+        let shift = 2.0 * k.center / self.view_size - 1.0;
+        Mat4::from_cols(
+            Vec4::new(scale.x, 0.0, 0.0, 0.0),
+            Vec4::new(0.0, scale.y, 0.0, 0.0),
+            Vec4::new(-shift.x, shift.y, 0.0, -1.0),
+            Vec4::new(0.0, 0.0, self.near, 0.0),
+        )
+    }
+
+    fn get_clip_from_view_for_sub(&self, sub_view: &SubCameraView) -> Mat4 {
+        let full = sub_view.full_size.as_vec2();
+        let scale = full / sub_view.size.as_vec2();
+        let center = (2.0 * sub_view.offset + sub_view.size.as_vec2()) / full - 1.0;
+        let sub_from_full = Mat4::from_translation((Vec2::new(-center.x, center.y) * scale).extend(0.0))
+            * Mat4::from_scale(scale.extend(1.0));
+        sub_from_full * self.get_clip_from_view()
+    }
+
+    fn update(&mut self, width: f32, height: f32) {
+        if width > 0.0 && height > 0.0 {
+            self.view_size = Vec2::new(width, height);
+        }
+    }
+
+    fn far(&self) -> f32 {
+        CULLING_DISTANCE
+    }
+
+    fn get_frustum_corners(&self, z_near: f32, z_far: f32) -> [Vec3A; 8] {
+        let k = self.view_intrinsics();
+        let size = self.view_size;
+        let corners = [Vec2::new(size.x, size.y), Vec2::new(size.x, 0.0), Vec2::ZERO, Vec2::new(0.0, size.y)];
+        std::array::from_fn(|i| {
+            let ray = k.ray(corners[i % 4]);
+            Vec3A::from(ray * (if i < 4 { z_near } else { z_far } / ray.z))
+        })
+    }
+}
+
+type NewlyFitted = Or<(Changed<ArCamera>, Changed<CameraFrame>)>;
+
+pub(super) fn fit_projections(mut cameras: Query<(&ArCamera, &CameraFrame, &mut Projection), NewlyFitted>) {
+    for (camera, frame, mut projection) in &mut cameras {
+        let intrinsics = camera.intrinsics_for(frame.pixels.size);
+        let current = match &*projection {
+            Projection::Custom(custom) => custom.get::<IntrinsicsProjection>(),
+            _ => None,
+        };
+        if current.is_some_and(|p| p.intrinsics == intrinsics && p.fit == camera.fit) {
+            continue;
+        }
+        let mut fitted = IntrinsicsProjection::new(intrinsics, camera.fit);
+        if let Some(current) = current {
+            (fitted.near, fitted.view_size) = (current.near, current.view_size);
+        }
+        *projection = Projection::custom(fitted);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn webcam() -> Intrinsics {
+        Intrinsics { focal: Vec2::new(600.0, 590.0), center: Vec2::new(310.0, 250.0), size: UVec2::new(640, 480) }
+    }
+
+    fn view_pixel(projection: &IntrinsicsProjection, pos_camera: Vec3) -> Vec2 {
+        let ndc = projection.get_clip_from_view().project_point3(pos_camera);
+        Vec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * projection.view_size
+    }
+
+    #[test]
+    fn the_projection_agrees_with_the_pinhole_formula() {
+        let projection = IntrinsicsProjection::new(webcam(), FrameFit::Cover);
+        for pos in [Vec3::new(0.0, 0.0, -1.0), Vec3::new(0.2, -0.1, -0.7), Vec3::new(-0.4, 0.3, -2.0)] {
+            let expected = webcam().project(pos).expect("in front");
+            assert!(view_pixel(&projection, pos).distance(expected) < 1e-3);
+        }
+    }
+
+    #[test]
+    fn covering_cuts_and_containing_leaves_bars() {
+        let (frame, view) = (Vec2::new(640.0, 480.0), Vec2::new(1280.0, 720.0));
+        let cover = FrameMapping::new(FrameFit::Cover, frame, view);
+        assert_eq!((cover.scale, cover.offset), (Vec2::splat(2.0), Vec2::new(0.0, -120.0)));
+        let contain = FrameMapping::new(FrameFit::Contain, frame, view);
+        assert_eq!((contain.scale, contain.offset), (Vec2::splat(1.5), Vec2::new(160.0, 0.0)));
+        let stretch = FrameMapping::new(FrameFit::Stretch, frame, view);
+        assert_eq!(stretch.frame_uv_from_view_uv(), Vec4::new(1.0, 1.0, 0.0, 0.0));
+        assert_eq!(contain.frame_uv_from_view_uv(), Vec4::new(1280.0 / 960.0, 1.0, -160.0 / 960.0, 0.0));
+    }
+
+    #[test]
+    fn a_point_stays_on_its_picture_pixel_in_any_fit() {
+        let pos = Vec3::new(0.1, 0.05, -0.8);
+        let pixel = webcam().project(pos).expect("in front");
+        for fit in [FrameFit::Cover, FrameFit::Contain, FrameFit::Stretch] {
+            let mut projection = IntrinsicsProjection::new(webcam(), fit);
+            projection.update(1000.0, 300.0);
+            let mapping = FrameMapping::new(fit, Vec2::new(640.0, 480.0), Vec2::new(1000.0, 300.0));
+            assert!(view_pixel(&projection, pos).distance(pixel * mapping.scale + mapping.offset) < 2e-3);
+        }
+    }
+
+    #[test]
+    fn frustum_corners_project_to_the_corners_of_the_view() {
+        let projection = IntrinsicsProjection::new(webcam(), FrameFit::Cover);
+        let corners = projection.get_frustum_corners(-0.1, -10.0);
+        assert!(view_pixel(&projection, corners[0].into()).distance(Vec2::new(640.0, 480.0)) < 1e-2);
+        assert!(view_pixel(&projection, corners[6].into()).distance(Vec2::ZERO) < 1e-2);
+    }
+}
