@@ -2,6 +2,7 @@
 
 pub mod authoring;
 pub mod camera;
+pub mod offscreen;
 pub mod probe;
 pub mod shadows;
 pub mod stage;

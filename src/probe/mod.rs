@@ -1,5 +1,9 @@
 //! Frame + ball pose → raw environment cube.
 
+mod mirror_ball;
+
+pub use mirror_ball::{BallView, Ellipse};
+
 use bevy::prelude::*;
 
 /// A mirrored ball standing in the real scene; its center is the entity's origin.

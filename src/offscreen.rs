@@ -1,0 +1,141 @@
+//! Rendering without a window: for tools, tests and servers.
+//!
+//! Everything in this crate runs headless, on software Vulkan too. This module saves each headless program the same thirty
+//! lines: an [`App`] without window and event loop whose shaders compile before the first frame, a texture to render into,
+//! and a way to get textures back to the CPU.
+
+use bevy::{
+    app::{PluginGroupBuilder, TerminalCtrlCHandlerPlugin},
+    asset::RenderAssetUsages,
+    camera::RenderTarget,
+    ecs::observer::On,
+    log::LogPlugin,
+    prelude::*,
+    render::{
+        RenderPlugin,
+        gpu_readback::{Readback, ReadbackComplete},
+        pipelined_rendering::PipelinedRenderingPlugin,
+        render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
+    },
+    window::ExitCondition,
+};
+
+/// Why a headless program cannot render.
+#[derive(thiserror::Error, Debug)]
+pub enum OffscreenError {
+    /// There is no graphics adapter, not even a software one.
+    #[error("no graphics adapter: {0}. Install a Vulkan driver; the package mesa-vulkan-drivers has one that needs no GPU")]
+    NoAdapter(String),
+    /// A texture did not come back from the GPU.
+    #[error("a texture did not come back from the GPU within {0} frames; does it exist and has it the usage COPY_SRC?")]
+    NoAnswer(u32),
+}
+
+/// Frames to wait for a texture from the GPU.
+const MAX_READBACK_FRAMES: u32 = 60;
+/// wgpu aligns the rows of copied textures to this many bytes.
+const ROW_ALIGNMENT: usize = 256;
+
+/// Bevy's default plugins for a program without a window: no primary window, no pipelined rendering (a frame is finished
+/// when [`App::update`] returns), shaders compiled before use. Logging is left to the program, since there can be only one
+/// logger in a process.
+pub fn default_plugins() -> PluginGroupBuilder {
+    DefaultPlugins
+        .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
+        .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
+        .disable::<PipelinedRenderingPlugin>()
+        .disable::<TerminalCtrlCHandlerPlugin>()
+        .disable::<LogPlugin>()
+}
+
+/// Builds a headless app with [`default_plugins`], lets `configure` add to it, and makes it ready for [`App::update`].
+///
+/// # Errors
+/// [`OffscreenError::NoAdapter`] if there is nothing to render with.
+pub fn build_app(configure: impl FnOnce(&mut App)) -> Result<App, OffscreenError> {
+    // Bevy panics without an adapter, and only there does it tell.
+    let build = std::panic::AssertUnwindSafe(|| {
+        let mut app = App::new();
+        app.add_plugins(default_plugins());
+        app
+    });
+    let mut app = std::panic::catch_unwind(build).map_err(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+        OffscreenError::NoAdapter(text.unwrap_or("the renderer could not be started").to_owned())
+    })?;
+    configure(&mut app);
+    while app.plugins_state() == bevy::app::PluginsState::Adding {
+        bevy::tasks::tick_global_task_pools_on_main_thread();
+    }
+    app.finish();
+    app.cleanup();
+    Ok(app)
+}
+
+/// Adds a texture to render into (8-bit sRGB) and returns it with the component that points a camera at it.
+pub fn add_target(app: &mut App, size: UVec2) -> (Handle<Image>, RenderTarget) {
+    let extent = Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
+    let format = TextureFormat::Rgba8UnormSrgb;
+    let mut image = Image::new_uninit(extent, TextureDimension::D2, format, RenderAssetUsages::RENDER_WORLD);
+    image.texture_descriptor.label = Some("mirrorball_offscreen_target");
+    image.texture_descriptor.usage =
+        TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC;
+    let handle = app.world_mut().resource_mut::<Assets<Image>>().add(image);
+    (handle.clone(), RenderTarget::Image(handle.into()))
+}
+
+#[derive(Resource, Default)]
+struct ReadbackAnswer(Option<Vec<u8>>);
+
+/// Renders one frame and returns the bytes of a texture's first mip level after it: rows without padding, from top to
+/// bottom, layer after layer. Cameras pause while the answer is awaited.
+///
+/// # Errors
+/// [`OffscreenError::NoAnswer`] if the texture does not exist or cannot be copied from.
+pub fn read_texture(app: &mut App, image: &Handle<Image>) -> Result<Vec<u8>, OffscreenError> {
+    app.insert_resource(ReadbackAnswer::default());
+    let request = app
+        .world_mut()
+        .spawn(Readback::texture(image.clone()))
+        .observe(|answer: On<ReadbackComplete>, mut slot: ResMut<ReadbackAnswer>| slot.0 = Some(answer.data.clone()))
+        .id();
+    app.update();
+    app.world_mut().entity_mut(request).remove::<Readback>();
+    let paused = pause_cameras(app.world_mut());
+    let mut frames = 0;
+    let bytes = loop {
+        if let Some(bytes) = app.world_mut().resource_mut::<ReadbackAnswer>().0.take() {
+            break Ok(bytes);
+        }
+        frames += 1;
+        if frames > MAX_READBACK_FRAMES {
+            break Err(OffscreenError::NoAnswer(MAX_READBACK_FRAMES));
+        }
+        app.update();
+    };
+    for camera in paused {
+        if let Some(mut camera) = app.world_mut().get_mut::<Camera>(camera) {
+            camera.is_active = true;
+        }
+    }
+    app.world_mut().despawn(request);
+    let bytes = bytes?;
+    let images = app.world().resource::<Assets<Image>>();
+    let row = images.get(image).map_or(bytes.len(), |image| {
+        let pixel = image.texture_descriptor.format.block_copy_size(None).unwrap_or(4) as usize;
+        image.texture_descriptor.size.width as usize * pixel
+    });
+    let padded_row = row.next_multiple_of(ROW_ALIGNMENT);
+    Ok(bytes.chunks(padded_row).flat_map(|padded| &padded[..row.min(padded.len())]).copied().collect())
+}
+
+fn pause_cameras(world: &mut World) -> Vec<Entity> {
+    let mut paused = Vec::new();
+    for (entity, mut camera) in world.query::<(Entity, &mut Camera)>().iter_mut(world) {
+        if camera.is_active {
+            camera.is_active = false;
+            paused.push(entity);
+        }
+    }
+    paused
+}

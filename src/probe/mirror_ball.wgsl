@@ -1,0 +1,47 @@
+// Which point of a mirrored ball shows which direction. Twin of mirror_ball.rs, where the derivation is.
+
+#define_import_path bevy_mirrorball::probe::mirror_ball
+
+/// Mirror of `BallUniform` in unwrap_pass.rs. Camera space, metres, Bevy axes.
+struct Ball {
+    center_camera: vec3f,
+    radius: f32,
+    /// Directions at a larger angle from the axis to the camera are not measured, in radians.
+    edge_angle: f32,
+    /// Share of the light the ball mirrors.
+    reflectance: f32,
+}
+
+const NEWTON_STEPS: u32 = 6u;
+/// Shortest component of a direction across the axis that still has an azimuth.
+const AZIMUTH_EPSILON: f32 = 1e-6;
+
+/// Angle of the surface point that mirrors the direction at an angle from the axis.
+fn normal_angle(ball: Ball, mirrored_angle: f32) -> f32 {
+    let distance = length(ball.center_camera) / ball.radius;
+    var theta = 0.5 * mirrored_angle * (1.0 - 0.5 / distance);
+    for (var i = 0u; i < NEWTON_STEPS; i++) {
+        let s = sin(theta);
+        let c = cos(theta);
+        let view_angle = atan2(s, distance - c);
+        let slope = 2.0 + (distance * c - 1.0) / (distance * distance + 1.0 - 2.0 * distance * c);
+        theta -= (2.0 * theta + view_angle - mirrored_angle) / slope;
+    }
+    return theta;
+}
+
+/// Unit vector across the axis towards a direction; any such vector where the direction is on the axis.
+fn side_of(axis: vec3f, dir: vec3f) -> vec3f {
+    let across = dir - axis * dot(axis, dir);
+    let len = length(across);
+    if len < AZIMUTH_EPSILON {
+        return normalize(cross(axis, select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(axis.x) > 0.7)));
+    }
+    return across / len;
+}
+
+/// Point of the ball in camera space that shows the direction at `mirrored_angle` from the axis on the given side.
+fn surface_point(ball: Ball, axis: vec3f, side: vec3f, mirrored_angle: f32) -> vec3f {
+    let theta = normal_angle(ball, mirrored_angle);
+    return ball.center_camera + ball.radius * (axis * cos(theta) + side * sin(theta));
+}
