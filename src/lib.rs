@@ -3,6 +3,8 @@
 pub mod authoring;
 pub mod camera;
 pub mod offscreen;
+pub mod environment;
+pub mod materials;
 pub mod probe;
 pub mod shadows;
 pub mod stage;
@@ -19,6 +21,13 @@ pub enum MirrorballSystems {
     Track,
     /// `PostUpdate`, after transforms are propagated: what depends on poses is computed.
     Measure,
+}
+
+/// Points in the render graph that other passes can order themselves by.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum MirrorballPasses {
+    /// Environment cubes have been written for this frame once this set is done ([`probe`]).
+    WriteCubes,
 }
 
 /// What most games import.

@@ -1,15 +1,64 @@
 //! Frame + ball pose → raw environment cube.
+//!
+//! **Enters:** the camera's newest picture, its pose and intrinsics, the pose of a [`LightProbeSphere`], and for the clipped
+//! lights the pose of a marker. **Leaves:** an [`EnvironmentCube`] on the ball's entity, rewritten on the GPU whenever
+//! something it depends on has changed, and a [`ProbeMeasurement`] that says what was seen.
+//!
+//! # Frames and units
+//! The cube is in world axes and Bevy's left-handed cube convention (a lookup negates z). It holds radiance in linear camera
+//! units: the picture divided by the ball's reflectance, times the recovery's gain where the camera had clipped.
+//!
+//! # What nobody sees
+//! The ball hides a cone behind itself (half angle asin(radius/distance), about 4° at 0.75 m), and the outermost
+//! 1.5 pixels of its picture mix with the background. Those directions are filled from the ring around them, towards the
+//! ring's mean in the middle of the gap; nothing is ever black and no edge shows.
+//!
+//! # Clipped light, first form
+//! An 8-bit camera shows a lamp no brighter than white paper. [`ClipRecovery`] finds one gain per channel for all clipped
+//! pixels of the ball such that the irradiance predicted at the marker's paper equals what its brightness says, π · paper ÷
+//! paper reflectance (after Debevec et al. 2012, *A single-shot light probe*, with one unknown). It is exact where all
+//! clipped lights are alike and makes a soft room out of one with a small strong lamp; the true energies of single lights
+//! need more equations than one sheet of paper gives.
+//!
+//! # Cost
+//! One compute dispatch of 6 · size² threads with 4 · 4 texel reads each; on the CPU 12 000 picture lookups per new picture
+//! for the recovery.
 
+mod measure;
 mod mirror_ball;
+mod recovery;
+mod unwrap_pass;
 
+pub use measure::ProbeMeasurement;
 pub use mirror_ball::{BallView, Ellipse};
+pub use recovery::ClipRecovery;
 
-use bevy::prelude::*;
+use crate::MirrorballSystems;
+use bevy::{
+    asset::RenderAssetUsages,
+    image::{ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
+    prelude::*,
+    render::render_resource::{
+        Extent3d, TextureDimension, TextureFormat, TextureUsages, TextureViewDescriptor, TextureViewDimension,
+    },
+    transform::TransformSystems,
+};
 
 /// A mirrored ball standing in the real scene; its center is the entity's origin.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::prelude::*;
+/// # fn setup(mut commands: Commands) {
+/// // a 10 cm ball on the desk, 17 cm to the right of the marker
+/// commands.spawn((MarkerAnchor::new(0, 0.10), WorldOrigin, children![
+///     (LightProbeSphere { radius: 0.05, ..default() }, Transform::from_xyz(0.17, 0.05, 0.01)),
+/// ]));
+/// # }
+/// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility)]
+#[require(Transform, Visibility, ProbeMeasurement, ClipRecovery)]
 pub struct LightProbeSphere {
     /// Radius in metres. Finite and above 0. Defaults to 0.05.
     pub radius: f32,
@@ -21,5 +70,68 @@ pub struct LightProbeSphere {
 impl Default for LightProbeSphere {
     fn default() -> Self {
         Self { radius: 0.05, reflectance: 0.9 }
+    }
+}
+
+/// On a [`LightProbeSphere`]: light the scene by a sky of one radiance instead of what the ball shows, for comparison.
+#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct UniformSky {
+    /// Radiance in linear camera units. Defaults to `None`: the gray that makes the marker's paper as bright as it is in
+    /// the picture (1.0 while no marker has been seen).
+    pub radiance: Option<Vec3>,
+}
+
+/// The environment as a cube map, on the entity of its [`LightProbeSphere`].
+///
+/// Linear camera units, world axes, 16-bit float, one mip level, edge length [`SIZE`](Self::SIZE). Written by the GPU: do
+/// not change the [`Image`] asset behind it.
+#[derive(Component, Clone, Debug)]
+pub struct EnvironmentCube(pub Handle<Image>);
+
+impl EnvironmentCube {
+    /// Edge length of a face in texels: 0.7° each, finer than the pixels of a ball 150 pixels across.
+    pub const SIZE: u32 = 128;
+
+    fn allocate(images: &mut Assets<Image>) -> Self {
+        let extent = Extent3d { width: Self::SIZE, height: Self::SIZE, depth_or_array_layers: 6 };
+        let format = TextureFormat::Rgba16Float;
+        let mut image = Image::new_uninit(extent, TextureDimension::D2, format, RenderAssetUsages::all());
+        image.texture_descriptor.label = Some("mirrorball_probe_cube");
+        image.texture_descriptor.usage =
+            TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        image.texture_view_descriptor =
+            Some(TextureViewDescriptor { dimension: Some(TextureViewDimension::Cube), ..default() });
+        image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
+            mag_filter: ImageFilterMode::Linear,
+            min_filter: ImageFilterMode::Linear,
+            mipmap_filter: ImageFilterMode::Linear,
+            ..default()
+        });
+        Self(images.add(image))
+    }
+}
+
+/// Measures the light that falls on the probes.
+pub struct ProbePlugin;
+
+impl Plugin for ProbePlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<LightProbeSphere>()
+            .register_type::<UniformSky>()
+            .register_type::<ClipRecovery>()
+            .register_type::<ProbeMeasurement>()
+            .configure_sets(PostUpdate, MirrorballSystems::Measure.after(TransformSystems::Propagate))
+            .add_systems(PreUpdate, allocate_cubes.after(MirrorballSystems::Track))
+            .add_systems(PostUpdate, measure::measure_probes.in_set(MirrorballSystems::Measure));
+        unwrap_pass::build(app);
+    }
+}
+
+type NewProbe = (With<LightProbeSphere>, Without<EnvironmentCube>);
+
+fn allocate_cubes(mut commands: Commands, mut images: ResMut<Assets<Image>>, probes: Query<Entity, NewProbe>) {
+    for probe in &probes {
+        commands.entity(probe).insert(EnvironmentCube::allocate(&mut images));
     }
 }

@@ -1,11 +1,26 @@
-//! What is real and what casts.
+//! What is real and what is virtual.
+//!
+//! **Enters:** [`PhantomObject`] on meshes or on roots of spawned scenes. **Leaves:** a [`StageRole`] on every mesh entity,
+//! which tells the later stages whether it is a stand-in for something real or a virtual thing.
 
+use crate::MirrorballSystems;
 use bevy::prelude::*;
 
 /// A stand-in for a real thing in the picture: never seen itself, it hides virtual objects behind it and receives their
 /// shadows on the camera picture.
 ///
 /// Put it on an entity with a mesh, or on the root of a spawned scene to make every mesh below it a phantom.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::prelude::*;
+/// # fn setup(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>) {
+/// // the desk: it catches shadows and casts none
+/// commands.spawn((PhantomObject { casts: false, ..default() }, Mesh3d(meshes.add(Plane3d::default().mesh().size(1.6, 1.2)))));
+/// // a real box, 12 × 6 × 7 cm
+/// commands.spawn((PhantomObject::default(), Mesh3d(meshes.add(Cuboid::new(0.12, 0.06, 0.07))), Transform::from_xyz(-0.1, 0.03, 0.2)));
+/// # }
+/// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[require(Transform, Visibility)]
@@ -20,5 +35,80 @@ pub struct PhantomObject {
 impl Default for PhantomObject {
     fn default() -> Self {
         Self { casts: true, receives: true }
+    }
+}
+
+/// What a mesh stands for; kept up to date on every mesh entity.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Debug, Clone, PartialEq)]
+pub enum StageRole {
+    /// Something virtual: seen, casts, receives.
+    Virtual,
+    /// Something real, as its nearest ancestor's (or its own) [`PhantomObject`] says.
+    Phantom(PhantomObject),
+}
+
+/// Tells real from virtual.
+pub struct StagePlugin;
+
+impl Plugin for StagePlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<PhantomObject>()
+            .register_type::<StageRole>()
+            .add_systems(PostUpdate, assign_roles.before(MirrorballSystems::Measure));
+    }
+}
+
+/// The component of the nearest ancestor that has it, the entity itself included.
+pub(crate) fn nearest<'w, C: Component>(
+    entity: Entity,
+    parents: &Query<&ChildOf>,
+    components: &'w Query<&C>,
+) -> Option<&'w C> {
+    std::iter::once(entity)
+        .chain(parents.iter_ancestors(entity))
+        .find_map(|ancestor| components.get(ancestor).ok())
+}
+
+type NewOrMoved = (With<Mesh3d>, Or<(Added<Mesh3d>, Changed<ChildOf>)>);
+
+pub(crate) fn assign_roles(
+    mut commands: Commands,
+    meshes: Query<(Entity, Option<&StageRole>), With<Mesh3d>>,
+    fresh: Query<(), NewOrMoved>,
+    changed: Query<(), Changed<PhantomObject>>,
+    mut removed: RemovedComponents<PhantomObject>,
+    parents: Query<&ChildOf>,
+    phantoms: Query<&PhantomObject>,
+) {
+    if fresh.is_empty() && changed.is_empty() && removed.read().count() == 0 {
+        return;
+    }
+    for (mesh, role) in &meshes {
+        let wanted = nearest(mesh, &parents, &phantoms).map_or(StageRole::Virtual, |p| StageRole::Phantom(*p));
+        if role != Some(&wanted) {
+            commands.entity(mesh).insert(wanted);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meshes_below_a_phantom_are_phantoms_until_it_is_removed() {
+        let mut app = App::new();
+        app.add_plugins(StagePlugin);
+        let root = app.world_mut().spawn(PhantomObject { casts: false, ..default() }).id();
+        let below = app.world_mut().spawn((Mesh3d::default(), ChildOf(root))).id();
+        let beside = app.world_mut().spawn(Mesh3d::default()).id();
+        app.update();
+        let role = |app: &App, entity| app.world().get::<StageRole>(entity).copied();
+        assert_eq!(role(&app, below), Some(StageRole::Phantom(PhantomObject { casts: false, receives: true })));
+        assert_eq!(role(&app, beside), Some(StageRole::Virtual));
+        app.world_mut().entity_mut(root).remove::<PhantomObject>();
+        app.update();
+        assert_eq!(role(&app, below), Some(StageRole::Virtual));
     }
 }

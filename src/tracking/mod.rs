@@ -24,3 +24,7 @@ impl MarkerAnchor {
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct WorldOrigin;
+/// stand-in until the tracking stage lands
+#[derive(Component, Reflect, Clone, Debug, Default)]
+pub struct MarkerTracking { pub camera_from_marker: Option<Isometry3d>, pub seq: Option<u64> }
+impl MarkerTracking { pub fn last_seen_sequence(&self) -> Option<u64> { self.seq } }

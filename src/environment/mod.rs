@@ -1,0 +1,100 @@
+//! Raw environment cube → diffuse and glossy maps that light every `StandardMaterial`.
+//!
+//! **Enters:** an [`EnvironmentCube`] (or any cube a game puts into a [`LiveEnvironment`]). **Leaves:** a normal
+//! [`EnvironmentMapLight`] on the camera, at the intensity that makes 1.0 in the cube 1.0 in the frame buffer.
+//!
+//! For now Bevy's own generator filters the maps: it runs every frame and its noise under small bright lamps shows on rough
+//! surfaces. Games that use [`LiveEnvironment`] will not notice when that changes.
+
+use crate::{MirrorballSystems, camera::ArCamera, probe::EnvironmentCube};
+use bevy::{
+    camera::Exposure,
+    light::{EnvironmentMapLight, GeneratedEnvironmentMapLight},
+    prelude::*,
+};
+
+/// Lights the view of a camera by a cube map that changes while the game runs.
+///
+/// An [`ArCamera`] gets one by itself as soon as a [`LightProbeSphere`](crate::probe::LightProbeSphere) exists.
+#[derive(Component, Reflect, Clone, Debug)]
+#[reflect(Component, Debug, Clone)]
+pub struct LiveEnvironment {
+    /// The cube: radiance in frame buffer units (1.0 shows as 1.0), world axes, a filterable float format, six square layers
+    /// with a power of two as edge length, at most 8192. Other images are refused with an error.
+    pub source: Handle<Image>,
+}
+
+/// Filters live environments.
+pub struct EnvironmentPlugin;
+
+impl Plugin for EnvironmentPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<LiveEnvironment>().add_systems(
+            PreUpdate,
+            (light_cameras_by_probe, start_filter, keep_intensity).chain().after(MirrorballSystems::Track),
+        );
+    }
+}
+
+type UnlitCamera = (With<ArCamera>, Without<LiveEnvironment>);
+
+fn light_cameras_by_probe(
+    mut commands: Commands,
+    cameras: Query<Entity, UnlitCamera>,
+    cubes: Query<&EnvironmentCube>,
+) {
+    let Some(cube) = cubes.iter().next() else {
+        return;
+    };
+    for camera in &cameras {
+        commands.entity(camera).insert(LiveEnvironment { source: cube.0.clone() });
+    }
+}
+
+/// Intensity in cd/m² at which 1.0 in a map becomes 1.0 in the frame buffer.
+fn unit_intensity(exposure: Option<&Exposure>) -> f32 {
+    1.0 / exposure.copied().unwrap_or_default().exposure()
+}
+
+type ChangedEnvironment = (Entity, &'static LiveEnvironment, Option<&'static Exposure>);
+
+fn start_filter(
+    mut commands: Commands,
+    images: Res<Assets<Image>>,
+    cameras: Query<ChangedEnvironment, Changed<LiveEnvironment>>,
+) {
+    for (camera, environment, exposure) in &cameras {
+        let entity = &mut commands.entity(camera);
+        entity.remove::<(GeneratedEnvironmentMapLight, EnvironmentMapLight)>();
+        let Some(image) = images.get(&environment.source) else {
+            error!("{camera}: LiveEnvironment.source is not an image (yet); insert the component once it is loaded");
+            continue;
+        };
+        let size = image.texture_descriptor.size;
+        let is_cube = size.depth_or_array_layers == 6 && size.width == size.height;
+        if !is_cube || !size.width.is_power_of_two() || size.width > 8192 {
+            error!(
+                "{camera}: LiveEnvironment.source is {} × {} with {} layers; give a cube map, six square layers with a \
+                 power of two up to 8192 as edge length",
+                size.width, size.height, size.depth_or_array_layers
+            );
+            continue;
+        }
+        entity.insert(GeneratedEnvironmentMapLight {
+            environment_map: environment.source.clone(),
+            intensity: unit_intensity(exposure),
+            ..default()
+        });
+    }
+}
+
+type LitCamera = (&'static mut EnvironmentMapLight, Option<&'static Exposure>);
+
+fn keep_intensity(mut cameras: Query<LitCamera, With<LiveEnvironment>>) {
+    for (mut light, exposure) in &mut cameras {
+        let intensity = unit_intensity(exposure);
+        if light.intensity != intensity {
+            light.intensity = intensity;
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The material of phantoms: the camera picture under the shadows of virtual things.
+
+use crate::{
+    camera::{ArCamera, CameraFrame, FrameMapping, FrameTexture},
+    shadows::DomeTextures,
+    stage::{PhantomObject, StageRole},
+};
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{AsBindGroup, ShaderType},
+        storage::ShaderBuffer,
+    },
+    shader::ShaderRef,
+};
+
+/// Shows the camera picture times the share of light that virtual things let through. Managed by the crate: put a
+/// [`PhantomObject`] on an entity instead.
+///
+/// The picture is that of the first [`ArCamera`]; before it has one, phantoms are not drawn.
+#[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
+pub struct PhantomMaterial {
+    #[texture(0)]
+    #[sampler(1)]
+    frame: Option<Handle<Image>>,
+    #[uniform(2)]
+    uniform: PhantomUniform,
+    #[texture(100, sample_type = "depth")]
+    #[sampler(101, sampler_type = "comparison")]
+    atlas: Handle<Image>,
+    #[storage(102, read_only)]
+    views: Handle<ShaderBuffer>,
+    #[storage(103, read_only)]
+    weights: Handle<ShaderBuffer>,
+}
+
+/// Mirror of `Phantom` in phantom.wgsl.
+#[derive(ShaderType, Clone, Copy, Debug, PartialEq)]
+struct PhantomUniform {
+    frame_uv_from_view_uv: Vec4,
+    has_frame: u32,
+    receives: u32,
+}
+
+impl Material for PhantomMaterial {
+    fn fragment_shader() -> ShaderRef {
+        "embedded://bevy_mirrorball/materials/phantom.wgsl".into()
+    }
+}
+
+/// The two materials all phantoms share.
+#[derive(Resource, Default)]
+pub(super) struct PhantomMaterials {
+    receiving: Handle<PhantomMaterial>,
+    hiding: Handle<PhantomMaterial>,
+    made_from: Option<PhantomSources>,
+}
+
+#[derive(PartialEq)]
+struct PhantomSources {
+    frame: Option<AssetId<Image>>,
+    frame_uv_from_view_uv: Vec4,
+    atlas: AssetId<Image>,
+}
+
+type FrameSource = (&'static ArCamera, &'static Camera, &'static CameraFrame, &'static FrameTexture);
+
+pub(super) fn follow_camera(
+    mut shared: ResMut<PhantomMaterials>,
+    mut materials: ResMut<Assets<PhantomMaterial>>,
+    textures: Res<DomeTextures>,
+    cameras: Query<FrameSource>,
+) {
+    let source = cameras.iter().next().and_then(|(ar_camera, camera, frame, texture)| {
+        let view_size = camera.physical_viewport_size().filter(|size| size.min_element() > 0)?;
+        let mapping = FrameMapping::new(ar_camera.fit, frame.pixels.size.as_vec2(), view_size.as_vec2());
+        Some((texture.image.clone(), mapping.frame_uv_from_view_uv()))
+    });
+    let (frame, frame_uv_from_view_uv) = source.unzip();
+    let frame_uv_from_view_uv = frame_uv_from_view_uv.unwrap_or_default();
+    let sources =
+        PhantomSources { frame: frame.as_ref().map(Handle::id), frame_uv_from_view_uv, atlas: textures.atlas.id() };
+    if shared.made_from.as_ref() == Some(&sources) {
+        return;
+    }
+    let material = |receives: bool| PhantomMaterial {
+        frame: frame.clone(),
+        uniform: PhantomUniform {
+            frame_uv_from_view_uv,
+            has_frame: frame.is_some().into(),
+            receives: receives.into(),
+        },
+        atlas: textures.atlas.clone(),
+        views: textures.views.clone(),
+        weights: textures.weights.clone(),
+    };
+    if shared.made_from.is_none() {
+        shared.receiving = materials.add(material(true));
+        shared.hiding = materials.add(material(false));
+    } else {
+        for (handle, receives) in [(&shared.receiving, true), (&shared.hiding, false)] {
+            if let Some(mut existing) = materials.get_mut(handle) {
+                *existing = material(receives);
+            }
+        }
+    }
+    shared.made_from = Some(sources);
+}
+
+type ChangedRole = (Entity, &'static StageRole, Has<MeshMaterial3d<PhantomMaterial>>);
+
+pub(super) fn dress_phantoms(
+    mut commands: Commands,
+    shared: Res<PhantomMaterials>,
+    meshes: Query<ChangedRole, Changed<StageRole>>,
+) {
+    for (mesh, role, is_dressed) in &meshes {
+        let mut entity = commands.entity(mesh);
+        match role {
+            StageRole::Phantom(PhantomObject { receives, .. }) => {
+                let material = if *receives { &shared.receiving } else { &shared.hiding };
+                entity
+                    .remove::<(MeshMaterial3d<StandardMaterial>, MeshMaterial3d<super::ImageBasedMaterial>)>()
+                    .insert(MeshMaterial3d(material.clone()));
+            }
+            StageRole::Virtual if is_dressed => {
+                entity.remove::<MeshMaterial3d<PhantomMaterial>>();
+            }
+            StageRole::Virtual => {}
+        }
+    }
+}

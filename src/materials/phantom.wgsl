@@ -1,0 +1,31 @@
+// A real thing in the picture: its depth hides virtual things, its color is the camera's under virtual shadows.
+
+#import bevy_pbr::forward_io::{VertexOutput, FragmentOutput}
+#import bevy_pbr::mesh_view_bindings::view
+#import bevy_mirrorball::shadows::visibility::phantom_ratio
+
+/// Mirror of `PhantomUniform` in phantom.rs.
+struct Phantom {
+    /// frame_uv = view_uv * xy + zw
+    frame_uv_from_view_uv: vec4f,
+    has_frame: u32,
+    receives: u32,
+}
+
+@group(#{MATERIAL_BIND_GROUP}) @binding(0) var frame: texture_2d<f32>;
+@group(#{MATERIAL_BIND_GROUP}) @binding(1) var frame_sampler: sampler;
+@group(#{MATERIAL_BIND_GROUP}) @binding(2) var<uniform> phantom: Phantom;
+
+@fragment
+fn fragment(in: VertexOutput) -> FragmentOutput {
+    let uv_view = (in.position.xy - view.viewport.xy) / view.viewport.zw;
+    let uv_frame = uv_view * phantom.frame_uv_from_view_uv.xy + phantom.frame_uv_from_view_uv.zw;
+    if phantom.has_frame == 0u || any(uv_frame < vec2f(0.0)) || any(uv_frame > vec2f(1.0)) {
+        discard;
+    }
+    var color = textureSampleLevel(frame, frame_sampler, uv_frame, 0.0).rgb;
+    if phantom.receives != 0u {
+        color *= phantom_ratio(in.world_position.xyz, normalize(in.world_normal));
+    }
+    return FragmentOutput(vec4f(color, 1.0));
+}

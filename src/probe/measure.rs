@@ -1,0 +1,186 @@
+//! What one camera sees of the probes, once per new picture or pose.
+
+use super::{
+    BallView, ClipRecovery, Ellipse, LightProbeSphere, UniformSky,
+    recovery::{self, SplitIrradiance},
+};
+use crate::{
+    camera::{ArCamera, CameraFrame, FramePixels, Intrinsics},
+    tracking::{MarkerAnchor, MarkerTracking},
+};
+use bevy::{math::Affine3A, prelude::*};
+use std::time::{Duration, Instant};
+
+/// What was seen of a probe in the newest picture; on the entity of its [`LightProbeSphere`].
+#[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct ProbeMeasurement {
+    /// Sequence number of the picture it was measured in; 0 while there has been none.
+    pub sequence: u64,
+    /// Whether the ball is in view: in front of the camera with at least half of its outline's box inside the picture.
+    /// Otherwise the last good environment stays.
+    pub is_in_view: bool,
+    /// Outline of the ball in the picture.
+    pub outline: Ellipse,
+    /// Share of the ball's pixels of which at least one channel is clipped, 0…1.
+    pub clipped_share: f32,
+    /// Gain applied to clipped pixels, per channel; 1 without recovery.
+    pub gain: Vec3,
+    /// Radiance of the marker's paper in linear camera units, if a marker was seen.
+    pub paper: Option<Vec3>,
+    /// Time the measurement took on the CPU.
+    pub cpu_time: Duration,
+    pub(super) view: Option<ProbeView>,
+}
+
+/// Everything the unwrap pass has to know; compared to see whether it has to run again.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+pub(super) struct ProbeView {
+    pub camera: Entity,
+    pub camera_from_world: Mat3,
+    pub center_camera: Vec3,
+    pub radius: f32,
+    pub reflectance: f32,
+    pub edge_angle: f32,
+    pub focal: Vec2,
+    pub center: Vec2,
+    pub gain: Vec3,
+    pub uniform_radiance: Option<Vec3>,
+}
+
+/// Least share of the box around the ball's outline that has to be inside the picture.
+const LEAST_VISIBLE_SHARE: f32 = 0.5;
+/// Least radius of a usable ball in the picture, in pixels.
+const LEAST_RADIUS_PIXELS: f32 = 6.0;
+
+type ProbeItem = (
+    Ref<'static, LightProbeSphere>,
+    Ref<'static, ClipRecovery>,
+    &'static GlobalTransform,
+    Option<&'static UniformSky>,
+    &'static mut ProbeMeasurement,
+);
+
+pub(super) fn measure_probes(
+    mut probes: Query<ProbeItem>,
+    cameras: Query<(Entity, &ArCamera, &CameraFrame, &GlobalTransform)>,
+    anchors: Query<(&MarkerAnchor, &MarkerTracking)>,
+) {
+    let Some((camera, ar_camera, frame, camera_transform)) = cameras.iter().next() else {
+        return;
+    };
+    let intrinsics = ar_camera.intrinsics_for(frame.pixels.size);
+    let camera_from_world = camera_transform.affine().inverse();
+    let seen_marker = anchors.iter().find_map(|(anchor, tracking)| {
+        let fresh = tracking.last_seen_sequence() == Some(frame.sequence);
+        tracking.camera_from_marker.filter(|_| fresh).map(|pose| (Affine3A::from(pose), anchor.size))
+    });
+    for (probe, clip_recovery, transform, uniform_sky, mut measurement) in &mut probes {
+        let center_camera = camera_from_world.transform_point3(transform.translation());
+        let unchanged = measurement.sequence == frame.sequence
+            && !probe.is_changed()
+            && !clip_recovery.is_changed()
+            && measurement.view.is_some_and(|view| {
+                view.camera == camera
+                    && view.center_camera == center_camera
+                    && view.camera_from_world == Mat3::from(camera_from_world.matrix3)
+                    && view.focal == intrinsics.focal
+                    && view.uniform_radiance.is_some() == uniform_sky.is_some()
+            });
+        if unchanged {
+            continue;
+        }
+        let started = Instant::now();
+        let observer = Observer { camera, frame: &frame.pixels, intrinsics: &intrinsics, camera_from_world, seen_marker };
+        let measured = observer.measure(&probe, &clip_recovery, center_camera, uniform_sky);
+        let last_view = measurement.view;
+        *measurement = ProbeMeasurement { sequence: frame.sequence, cpu_time: started.elapsed(), ..measured };
+        // Out of view is a state: the environment keeps what was seen last.
+        measurement.view = measurement.view.or(last_view);
+    }
+}
+
+struct Observer<'a> {
+    camera: Entity,
+    frame: &'a FramePixels,
+    intrinsics: &'a Intrinsics,
+    camera_from_world: Affine3A,
+    seen_marker: Option<(Affine3A, f32)>,
+}
+
+impl Observer<'_> {
+    fn measure(
+        &self,
+        probe: &LightProbeSphere,
+        clip_recovery: &ClipRecovery,
+        center_camera: Vec3,
+        uniform_sky: Option<&UniformSky>,
+    ) -> ProbeMeasurement {
+        let mut measured = ProbeMeasurement { gain: Vec3::ONE, ..default() };
+        let Some(ball) = BallView::new(center_camera, probe.radius) else {
+            return measured;
+        };
+        measured.outline = ball.outline(self.intrinsics);
+        measured.is_in_view = ball.radius_pixels(self.intrinsics) >= LEAST_RADIUS_PIXELS
+            && visible_share(&measured.outline, self.frame.size) >= LEAST_VISIBLE_SHARE;
+        if !measured.is_in_view {
+            return measured;
+        }
+        let reflectance = probe.reflectance.clamp(0.01, 1.0);
+        measured.clipped_share = clipped_share(self.frame, &measured.outline);
+        measured.paper = self
+            .seen_marker
+            .and_then(|(pose, size)| recovery::paper_radiance(self.frame, self.intrinsics, &pose, size));
+        if let (true, Some(paper), Some((pose, _))) = (clip_recovery.is_enabled, measured.paper, self.seen_marker) {
+            let normal = pose.transform_vector3(Vec3::Y).normalize();
+            let split = SplitIrradiance::at(
+                normal,
+                self.frame,
+                self.intrinsics,
+                &ball,
+                reflectance,
+                &self.camera_from_world,
+            );
+            measured.gain = split.gain(paper, clip_recovery);
+        }
+        let gray = |paper: Vec3| Vec3::splat(paper.element_sum() / (3.0 * clip_recovery.paper_reflectance));
+        measured.view = Some(ProbeView {
+            camera: self.camera,
+            camera_from_world: self.camera_from_world.matrix3.into(),
+            center_camera,
+            radius: probe.radius,
+            reflectance,
+            edge_angle: ball.edge_angle(self.intrinsics, recovery::EDGE_MARGIN_PIXELS),
+            focal: self.intrinsics.focal,
+            center: self.intrinsics.center,
+            gain: measured.gain,
+            uniform_radiance: uniform_sky
+                .map(|sky| sky.radiance.or(measured.paper.map(gray)).unwrap_or(Vec3::ONE)),
+        });
+        measured
+    }
+}
+
+fn visible_share(outline: &Ellipse, frame_size: UVec2) -> f32 {
+    let half = outline.half_extent();
+    let low = (outline.center - half).max(Vec2::ZERO);
+    let high = (outline.center + half).min(frame_size.as_vec2());
+    let inside = (high - low).max(Vec2::ZERO);
+    inside.element_product() / (4.0 * half.element_product())
+}
+
+fn clipped_share(frame: &FramePixels, outline: &Ellipse) -> f32 {
+    let half = outline.half_extent();
+    let low = (outline.center - half).max(Vec2::ZERO).as_ivec2();
+    let high = (outline.center + half).min(frame.size.as_vec2() - 1.0).as_ivec2();
+    let (mut clipped, mut all) = (0u32, 0u32);
+    for y in low.y..=high.y {
+        for x in low.x..=high.x {
+            if outline.contains(Vec2::new(x as f32 + 0.5, y as f32 + 0.5)) {
+                all += 1;
+                clipped += u32::from(frame.rgb8(x, y).into_iter().any(|value| value >= recovery::CLIPPED_FROM));
+            }
+        }
+    }
+    clipped as f32 / all.max(1) as f32
+}

@@ -1,0 +1,230 @@
+//! Camera picture of a mirrored ball → environment cube, one compute dispatch before all cameras.
+
+use super::{
+    EnvironmentCube, ProbeMeasurement,
+    measure::ProbeView,
+    recovery::CLIPPED_FROM,
+};
+use crate::{
+    MirrorballPasses,
+    camera::{FrameTexture, srgb_to_linear},
+};
+use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
+    core_pipeline::schedule::camera_driver,
+    platform::collections::HashMap,
+    prelude::*,
+    render::{
+        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
+        diagnostic::RecordDiagnostics,
+        render_asset::RenderAssets,
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
+            ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, ShaderStages, ShaderType,
+            StorageTextureAccess, TextureFormat, TextureSampleType, TextureViewDescriptor, TextureViewDimension,
+            UniformBuffer,
+            binding_types::{texture_2d, texture_storage_2d_array, uniform_buffer},
+        },
+        renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
+        texture::GpuImage,
+    },
+    shader::load_shader_library,
+};
+
+pub(super) fn build(app: &mut App) {
+    load_shader_library!(app, "mirror_ball.wgsl");
+    embedded_asset!(app, "unwrap_pass.wgsl");
+    let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+        warn!("ProbePlugin: no renderer, environments will not be measured");
+        return;
+    };
+    render_app
+        .init_resource::<ExtractedProbes>()
+        .init_resource::<PreparedUnwraps>()
+        .add_systems(RenderStartup, init_unwrap_pipeline)
+        .add_systems(ExtractSchedule, extract_probes)
+        .add_systems(Render, prepare_unwraps.in_set(RenderSystems::PrepareBindGroups))
+        .add_systems(
+            RenderGraph,
+            unwrap_pass
+                .in_set(RenderGraphSystems::Render)
+                .in_set(MirrorballPasses::WriteCubes)
+                .before(camera_driver),
+        );
+}
+
+/// Mirror of `Ball` in mirror_ball.wgsl.
+#[derive(ShaderType, Clone, Copy)]
+struct BallUniform {
+    center_camera: Vec3,
+    radius: f32,
+    edge_angle: f32,
+    reflectance: f32,
+}
+
+/// Mirror of `Unwrap` in unwrap_pass.wgsl.
+#[derive(ShaderType, Clone, Copy)]
+struct UnwrapUniform {
+    ball: BallUniform,
+    camera_from_world: Mat3,
+    focal: Vec2,
+    center: Vec2,
+    gain: Vec4,
+    uniform_radiance: Vec3,
+    clipped_from: f32,
+}
+
+impl From<&ProbeView> for UnwrapUniform {
+    fn from(view: &ProbeView) -> Self {
+        Self {
+            ball: BallUniform {
+                center_camera: view.center_camera,
+                radius: view.radius,
+                edge_angle: view.edge_angle,
+                reflectance: view.reflectance,
+            },
+            camera_from_world: view.camera_from_world,
+            focal: view.focal,
+            center: view.center,
+            gain: view.gain.extend(if view.uniform_radiance.is_some() { 1.0 } else { 0.0 }),
+            uniform_radiance: view.uniform_radiance.unwrap_or_default(),
+            // Halfway below the first clipped code, so that the GPU's own sRGB rounding cannot miss it.
+            clipped_from: 0.5 * (srgb_to_linear(CLIPPED_FROM - 1) + srgb_to_linear(CLIPPED_FROM)),
+        }
+    }
+}
+
+#[derive(Resource, Default)]
+struct ExtractedProbes(Vec<ExtractedProbe>);
+
+struct ExtractedProbe {
+    frame: AssetId<Image>,
+    cube: AssetId<Image>,
+    sequence: u64,
+    view: ProbeView,
+}
+
+fn extract_probes(
+    mut extracted: ResMut<ExtractedProbes>,
+    probes: Extract<Query<(&ProbeMeasurement, &EnvironmentCube)>>,
+    cameras: Extract<Query<&FrameTexture>>,
+) {
+    extracted.0.clear();
+    extracted.0.extend(probes.iter().filter_map(|(measurement, cube)| {
+        let view = measurement.view?;
+        let frame = cameras.get(view.camera).ok()?.image.id();
+        Some(ExtractedProbe { frame, cube: cube.0.id(), sequence: measurement.sequence, view })
+    }));
+}
+
+#[derive(Resource)]
+struct UnwrapPipeline {
+    layout: BindGroupLayoutDescriptor,
+    id: CachedComputePipelineId,
+}
+
+fn init_unwrap_pipeline(
+    mut commands: Commands,
+    asset_server: Res<AssetServer>,
+    pipeline_cache: Res<PipelineCache>,
+) {
+    let layout = BindGroupLayoutDescriptor::new(
+        "mirrorball_probe_unwrap_layout",
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                texture_2d(TextureSampleType::Float { filterable: true }),
+                uniform_buffer::<UnwrapUniform>(false),
+                texture_storage_2d_array(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly),
+            ),
+        ),
+    );
+    let id = pipeline_cache.queue_compute_pipeline(ComputePipelineDescriptor {
+        label: Some("mirrorball_probe_unwrap_pipeline".into()),
+        layout: vec![layout.clone()],
+        shader: load_embedded_asset!(asset_server.as_ref(), "unwrap_pass.wgsl"),
+        entry_point: Some("unwrap_ball".into()),
+        ..default()
+    });
+    commands.insert_resource(UnwrapPipeline { layout, id });
+}
+
+/// Bind groups of the cubes that have to be rewritten this frame, and what each cube was last made from.
+#[derive(Resource, Default)]
+struct PreparedUnwraps {
+    due: Vec<BindGroup>,
+    made_from: HashMap<AssetId<Image>, (u64, ProbeView)>,
+}
+
+fn prepare_unwraps(
+    mut prepared: ResMut<PreparedUnwraps>,
+    probes: Res<ExtractedProbes>,
+    pipeline: Res<UnwrapPipeline>,
+    pipeline_cache: Res<PipelineCache>,
+    images: Res<RenderAssets<GpuImage>>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    prepared.due.clear();
+    prepared.made_from.retain(|id, _| probes.0.iter().any(|probe| probe.cube == *id));
+    if pipeline_cache.get_compute_pipeline(pipeline.id).is_none() {
+        return;
+    }
+    for probe in &probes.0 {
+        let made_from = (probe.sequence, probe.view);
+        if prepared.made_from.get(&probe.cube) == Some(&made_from) {
+            continue;
+        }
+        let (Some(frame), Some(cube)) = (images.get(probe.frame), images.get(probe.cube)) else {
+            continue;
+        };
+        let mut uniform = UniformBuffer::from(UnwrapUniform::from(&probe.view));
+        uniform.set_label(Some("mirrorball_probe_unwrap_uniform"));
+        uniform.write_buffer(&device, &queue);
+        let Some(uniform) = uniform.binding() else {
+            continue;
+        };
+        let faces = cube.texture.create_view(&TextureViewDescriptor {
+            label: Some("mirrorball_probe_cube_faces"),
+            dimension: Some(TextureViewDimension::D2Array),
+            ..default()
+        });
+        prepared.due.push(device.create_bind_group(
+            "mirrorball_probe_unwrap_bind_group",
+            &pipeline_cache.get_bind_group_layout(&pipeline.layout),
+            &BindGroupEntries::sequential((&frame.texture_view, uniform, &faces)),
+        ));
+        prepared.made_from.insert(probe.cube, made_from);
+    }
+}
+
+/// Threads along each side of a workgroup, as in the shader.
+const WORKGROUP: u32 = 8;
+
+fn unwrap_pass(
+    pipeline: Option<Res<UnwrapPipeline>>,
+    prepared: Res<PreparedUnwraps>,
+    pipeline_cache: Res<PipelineCache>,
+    mut ctx: RenderContext,
+) {
+    let Some(pipeline) = pipeline.and_then(|p| pipeline_cache.get_compute_pipeline(p.id)) else {
+        return;
+    };
+    if prepared.due.is_empty() {
+        return;
+    }
+    let diagnostics = ctx.diagnostic_recorder();
+    let diagnostics = diagnostics.as_deref();
+    let mut pass = ctx.command_encoder().begin_compute_pass(&ComputePassDescriptor {
+        label: Some("mirrorball_probe_unwrap_pass"),
+        timestamp_writes: None,
+    });
+    let span = diagnostics.pass_span(&mut pass, "mirrorball_probe_unwrap");
+    pass.set_pipeline(pipeline);
+    let groups = EnvironmentCube::SIZE.div_ceil(WORKGROUP);
+    for bind_group in &prepared.due {
+        pass.set_bind_group(0, bind_group, &[]);
+        pass.dispatch_workgroups(groups, groups, 6);
+    }
+    span.end(&mut pass);
+}

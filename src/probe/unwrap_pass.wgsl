@@ -1,0 +1,101 @@
+// Camera picture of a mirrored ball → environment cube.
+
+#import bevy_mirrorball::probe::mirror_ball::{Ball, side_of, surface_point}
+
+/// Mirror of `UnwrapUniform` in unwrap_pass.rs.
+struct Unwrap {
+    ball: Ball,
+    /// Rotation from world to camera space.
+    camera_from_world: mat3x3f,
+    /// Focal lengths and principal point in pixels.
+    focal: vec2f,
+    center: vec2f,
+    /// Factor on clipped pixels; w: 1 if `uniform_radiance` replaces the picture.
+    gain: vec4f,
+    uniform_radiance: vec3f,
+    /// Linear values from here on are clipped.
+    clipped_from: f32,
+}
+
+@group(0) @binding(0) var frame: texture_2d<f32>;
+@group(0) @binding(1) var<uniform> unwrap: Unwrap;
+@group(0) @binding(2) var cube: texture_storage_2d_array<rgba16float, write>;
+
+const PI: f32 = 3.14159265358979;
+/// Lookups per texel along each axis.
+const SUBSAMPLES: u32 = 2u;
+/// Directions around the hidden cone that its middle is the mean of.
+const RING: u32 = 8u;
+/// The largest value stored; far below the 65504 of half floats, so that sums of a few texels still fit.
+const MAX_RADIANCE: f32 = 60000.0;
+
+fn recovered(pixel: vec2i) -> vec3f {
+    let size = vec2i(textureDimensions(frame));
+    let value = textureLoad(frame, clamp(pixel, vec2i(0), size - 1), 0).rgb;
+    return select(value, value * unwrap.gain.rgb, value >= vec3f(unwrap.clipped_from));
+}
+
+/// Bilinear lookup; the gain is applied to each pixel, before pixels are mixed.
+fn sample_frame(pos_camera: vec3f) -> vec3f {
+    let pixel = unwrap.center + unwrap.focal * vec2f(pos_camera.x, -pos_camera.y) / -pos_camera.z;
+    let corner = floor(pixel - 0.5);
+    let t = pixel - 0.5 - corner;
+    let p = vec2i(corner);
+    let top = mix(recovered(p), recovered(p + vec2i(1, 0)), t.x);
+    let bottom = mix(recovered(p + vec2i(0, 1)), recovered(p + vec2i(1, 1)), t.x);
+    return mix(top, bottom, t.y);
+}
+
+fn radiance_from(dir_world: vec3f) -> vec3f {
+    let ball = unwrap.ball;
+    let dir = unwrap.camera_from_world * dir_world;
+    let axis = -normalize(ball.center_camera);
+    let side = side_of(axis, dir);
+    let angle = atan2(length(dir - axis * dot(axis, dir)), dot(axis, dir));
+    let measured = sample_frame(surface_point(ball, axis, side, min(angle, ball.edge_angle)));
+    if angle <= ball.edge_angle {
+        return measured;
+    }
+    // Hidden: from the rim on this side to the mean of the ring in the middle of the gap.
+    let other = cross(axis, side);
+    var ring = vec3f(0.0);
+    for (var i = 0u; i < RING; i++) {
+        let azimuth = 2.0 * PI * f32(i) / f32(RING);
+        ring += sample_frame(surface_point(ball, axis, side * cos(azimuth) + other * sin(azimuth), ball.edge_angle));
+    }
+    return mix(measured, ring / f32(RING), (angle - ball.edge_angle) / (PI - ball.edge_angle));
+}
+
+/// World direction of a position (-1…1) on a cube face. Lookups negate z, so the faces are stored mirrored in z.
+fn face_direction(face: u32, p: vec2f) -> vec3f {
+    var dir: vec3f;
+    switch face {
+        case 0u: { dir = vec3f(1.0, -p.y, -p.x); }
+        case 1u: { dir = vec3f(-1.0, -p.y, p.x); }
+        case 2u: { dir = vec3f(p.x, 1.0, p.y); }
+        case 3u: { dir = vec3f(p.x, -1.0, -p.y); }
+        case 4u: { dir = vec3f(p.x, -p.y, 1.0); }
+        default: { dir = vec3f(-p.x, -p.y, -1.0); }
+    }
+    return normalize(dir) * vec3f(1.0, 1.0, -1.0);
+}
+
+@compute @workgroup_size(8, 8, 1)
+fn unwrap_ball(@builtin(global_invocation_id) id: vec3u) {
+    let size = textureDimensions(cube);
+    if id.x >= size.x || id.y >= size.y {
+        return;
+    }
+    var sum = vec3f(0.0);
+    if unwrap.gain.w > 0.5 {
+        sum = unwrap.uniform_radiance;
+    } else {
+        for (var i = 0u; i < SUBSAMPLES * SUBSAMPLES; i++) {
+            let offset = (vec2f(vec2u(i % SUBSAMPLES, i / SUBSAMPLES)) + 0.5) / f32(SUBSAMPLES);
+            let p = 2.0 * (vec2f(id.xy) + offset) / vec2f(size) - 1.0;
+            sum += radiance_from(face_direction(id.z, p));
+        }
+        sum /= f32(SUBSAMPLES * SUBSAMPLES) * unwrap.ball.reflectance;
+    }
+    textureStore(cube, id.xy, id.z, vec4f(min(sum, vec3f(MAX_RADIANCE)), 1.0));
+}

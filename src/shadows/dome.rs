@@ -1,0 +1,141 @@
+//! The directions of a dome, the part of the sphere each stands for, and the box their shadow maps look at.
+
+use bevy::prelude::*;
+
+/// Golden angle in radians: successive points of a Fibonacci lattice are this far apart in azimuth.
+const GOLDEN_ANGLE: f32 = 2.399_963_2;
+/// Edge length of the cube on which the sphere is divided among the directions; half the resolution of the environment
+/// cube, so that one bilinear lookup averages four of its texels.
+const CELL_CUBE_EDGE: u32 = 64;
+/// The last fitted sphere is kept while the casters fill at least this share of its radius.
+const KEEP_FILL: f32 = 0.75;
+
+/// Unit directions on the hemisphere around +Y, each standing for the same solid angle 2π/count (Fibonacci lattice).
+pub(super) fn hemisphere(count: u32) -> impl Iterator<Item = Vec3> {
+    (0..count).map(move |i| {
+        let height = (i as f32 + 0.5) / count as f32;
+        let (sin, cos) = (i as f32 * GOLDEN_ANGLE).sin_cos();
+        let across = (1.0 - height * height).sqrt();
+        Vec3::new(across * cos, height, across * sin)
+    })
+}
+
+/// The shadow directions (above) followed by their mirror images below the horizon, which have no shadow maps.
+pub(super) fn all_directions(count: u32) -> Vec<Vec3> {
+    let above: Vec<Vec3> = hemisphere(count).collect();
+    let below = above.iter().map(|dir| Vec3::new(dir.x, -dir.y, dir.z));
+    above.iter().copied().chain(below).collect()
+}
+
+/// Division of the sphere among directions.
+pub(super) struct Cells {
+    /// Direction (dome frame) and solid angle (steradian) of small patches, those of one cell together.
+    pub patches: Vec<Vec4>,
+    /// First patch and one past the last, per direction.
+    pub ranges: Vec<UVec2>,
+}
+
+impl Cells {
+    /// Gives every patch of the sphere to the direction nearest to it.
+    pub fn new(directions: &[Vec3]) -> Self {
+        let mut by_direction: Vec<Vec<Vec4>> = vec![Vec::new(); directions.len()];
+        for (patch, solid_angle) in patches() {
+            let nearest = (0..directions.len()).max_by(|&a, &b| directions[a].dot(patch).total_cmp(&directions[b].dot(patch)));
+            if let Some(nearest) = nearest {
+                by_direction[nearest].push(patch.extend(solid_angle));
+            }
+        }
+        let mut cells = Self { patches: Vec::new(), ranges: Vec::new() };
+        for list in by_direction {
+            let start = cells.patches.len() as u32;
+            cells.patches.extend(list);
+            cells.ranges.push(UVec2::new(start, cells.patches.len() as u32));
+        }
+        cells
+    }
+}
+
+fn patches() -> impl Iterator<Item = (Vec3, f32)> {
+    let edge = CELL_CUBE_EDGE;
+    let cell = 2.0 / edge as f32;
+    (0..6 * edge * edge).map(move |i| {
+        let (face, row, column) = (i / (edge * edge), i / edge % edge, i % edge);
+        let (a, b) = ((column as f32 + 0.5) * cell - 1.0, (row as f32 + 0.5) * cell - 1.0);
+        let sign = if face % 2 == 0 { 1.0 } else { -1.0 };
+        let pos = match face / 2 {
+            0 => Vec3::new(sign, a, b),
+            1 => Vec3::new(a, sign, b),
+            _ => Vec3::new(a, b, sign),
+        };
+        (pos.normalize(), cell * cell / pos.length().powi(3))
+    })
+}
+
+/// Sphere around all casters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct BoundingSphere {
+    pub center: Vec3,
+    pub radius: f32,
+}
+
+impl BoundingSphere {
+    /// Sphere around spheres: about the middle of their common box, never empty.
+    pub fn around(spheres: &[BoundingSphere]) -> Option<Self> {
+        let low = spheres.iter().map(|s| s.center - s.radius).reduce(Vec3::min)?;
+        let high = spheres.iter().map(|s| s.center + s.radius).reduce(Vec3::max)?;
+        let center = 0.5 * (low + high);
+        let radius = spheres.iter().map(|s| s.center.distance(center) + s.radius).fold(0.0, f32::max);
+        (center.is_finite() && radius.is_finite() && radius > 0.0).then_some(Self { center, radius })
+    }
+
+    /// The last sphere if it still holds this one without being much too large; so static shadow maps stay valid.
+    pub fn or_keep(self, last: Option<Self>) -> Self {
+        match last {
+            Some(last)
+                if last.center.distance(self.center) + self.radius <= last.radius
+                    && self.radius >= KEEP_FILL * last.radius =>
+            {
+                last
+            }
+            _ => self,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cells_share_the_sphere_evenly() {
+        let directions = all_directions(64);
+        let cells = Cells::new(&directions);
+        let fair_share = 4.0 * std::f32::consts::PI / 128.0;
+        let mut total = 0.0;
+        for range in &cells.ranges {
+            let own: f32 = cells.patches[range.x as usize..range.y as usize].iter().map(|p| p.w).sum();
+            assert!((0.5..2.0).contains(&(own / fair_share)), "a cell has {} of its fair share", own / fair_share);
+            total += own;
+        }
+        assert!((total - 4.0 * std::f32::consts::PI).abs() < 5e-3);
+    }
+
+    #[test]
+    fn a_uniform_sky_lights_the_ground_with_pi() {
+        for count in [16, 64, 256] {
+            let irradiance: f32 = hemisphere(count).map(|dir| dir.y * 2.0 * std::f32::consts::PI / count as f32).sum();
+            assert!((irradiance / std::f32::consts::PI - 1.0).abs() < 1e-4, "{count}: {irradiance}");
+        }
+    }
+
+    #[test]
+    fn a_sphere_is_kept_until_casters_leave_it_or_shrink() {
+        let unit = |x: f32, radius: f32| BoundingSphere { center: Vec3::new(x, 0.0, 0.0), radius };
+        assert_eq!(unit(0.05, 0.9).or_keep(Some(unit(0.0, 1.0))), unit(0.0, 1.0));
+        assert_eq!(unit(0.2, 0.9).or_keep(Some(unit(0.0, 1.0))), unit(0.2, 0.9));
+        assert_eq!(unit(0.0, 0.5).or_keep(Some(unit(0.0, 1.0))), unit(0.0, 0.5));
+        let both = BoundingSphere::around(&[unit(-1.0, 0.5), unit(1.0, 0.5)]).expect("not empty");
+        assert_eq!(both, unit(0.0, 1.5));
+        assert_eq!(BoundingSphere::around(&[]), None);
+    }
+}

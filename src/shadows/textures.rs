@@ -1,0 +1,113 @@
+//! The depth atlas and the buffers that materials read.
+
+use super::ShadowDomeLight;
+use bevy::{
+    asset::RenderAssetUsages,
+    image::{ImageCompareFunction, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
+    prelude::*,
+    render::{
+        extract_resource::ExtractResource,
+        render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
+        storage::ShaderBuffer,
+    },
+};
+
+/// Largest edge of the atlas; every WebGPU device can do it.
+const MAX_ATLAS_EDGE: u32 = 8192;
+
+/// What materials bind to find out which share of the light arrives at a point; see `visibility.wgsl`.
+///
+/// The handles change only with the dome's settings. All contents are written on the GPU side.
+#[derive(Resource, ExtractResource, Clone, Debug)]
+pub struct DomeTextures {
+    /// Depth atlas, 32-bit float, reversed depth (1 is nearest to the light, 0 nothing), with a comparison sampler.
+    pub atlas: Handle<Image>,
+    /// The views of all directions (`Dome` in dome.wgsl).
+    pub views: Handle<ShaderBuffer>,
+    /// Radiance × solid angle of every direction in linear camera units, above the horizon, then below, then L_p.
+    pub weights: Handle<ShaderBuffer>,
+    pub(super) layout: AtlasLayout,
+}
+
+impl FromWorld for DomeTextures {
+    fn from_world(world: &mut World) -> Self {
+        let layout = AtlasLayout::new(1, 1);
+        let atlas = world.resource_mut::<Assets<Image>>().add(layout.image());
+        let mut buffers = world.resource_mut::<Assets<ShaderBuffer>>();
+        let most = 2 * ShadowDomeLight::MAX_DIRECTIONS as usize;
+        let mut buffer = |size| buffers.add(ShaderBuffer::new(&vec![0; size], RenderAssetUsages::RENDER_WORLD));
+        Self { atlas, views: buffer(32 + 64 * most), weights: buffer(16 * (most + 1)), layout }
+    }
+}
+
+/// Arrangement of the tiles: all tiles that see virtual casters, then all that see phantoms, row by row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct AtlasLayout {
+    pub directions: u32,
+    pub resolution: u32,
+    pub columns: u32,
+    pub rows: u32,
+}
+
+impl AtlasLayout {
+    pub fn new(directions: u32, resolution: u32) -> Self {
+        let tiles = 2 * directions;
+        let columns = (tiles as f32).sqrt().ceil() as u32;
+        let rows = tiles.div_ceil(columns);
+        let mut resolution = resolution;
+        while columns * resolution > MAX_ATLAS_EDGE {
+            resolution /= 2;
+        }
+        Self { directions, resolution, columns, rows }
+    }
+
+    fn image(&self) -> Image {
+        let extent = Extent3d {
+            width: self.columns * self.resolution,
+            height: self.rows * self.resolution,
+            depth_or_array_layers: 1,
+        };
+        let format = TextureFormat::Depth32Float;
+        let mut image = Image::new_uninit(extent, TextureDimension::D2, format, RenderAssetUsages::RENDER_WORLD);
+        image.texture_descriptor.label = Some("mirrorball_shadows_atlas");
+        image.texture_descriptor.usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
+        image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
+            mag_filter: ImageFilterMode::Linear,
+            min_filter: ImageFilterMode::Linear,
+            compare: Some(ImageCompareFunction::GreaterEqual),
+            ..default()
+        });
+        image
+    }
+}
+
+pub(super) fn fit_textures(
+    mut textures: ResMut<DomeTextures>,
+    mut images: ResMut<Assets<Image>>,
+    domes: Query<&ShadowDomeLight>,
+) {
+    let Some(dome) = domes.iter().next() else {
+        return;
+    };
+    let directions = dome.directions.clamp(1, ShadowDomeLight::MAX_DIRECTIONS);
+    let layout = AtlasLayout::new(directions, dome.resolution.clamp(32, 1024));
+    if textures.layout != layout {
+        textures.atlas = images.add(layout.image());
+        textures.layout = layout;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_direction_has_two_tiles_and_the_atlas_fits() {
+        for directions in [1, 7, 64, 256] {
+            let layout = AtlasLayout::new(directions, 1024);
+            assert!(layout.columns * layout.rows >= 2 * directions);
+            assert!(layout.columns.max(layout.rows) * layout.resolution <= MAX_ATLAS_EDGE);
+        }
+        assert_eq!(AtlasLayout::new(64, 256).resolution, 256);
+    }
+}

@@ -1,0 +1,60 @@
+// Environment cube → radiance × solid angle of each direction of the dome.
+
+/// Mirror of `WeightsUniform` in weights_pass.rs.
+struct Weights {
+    world_from_dome: mat3x3f,
+    /// Directions with shadow maps, all directions.
+    counts: vec2u,
+}
+
+@group(0) @binding(0) var cube: texture_cube<f32>;
+@group(0) @binding(1) var cube_sampler: sampler;
+@group(0) @binding(2) var<uniform> uniforms: Weights;
+/// Directions (dome frame) and solid angles of small patches of the sphere, those of one direction together.
+@group(0) @binding(3) var<storage, read> patches: array<vec4f>;
+@group(0) @binding(4) var<storage, read> ranges: array<vec2u>;
+@group(0) @binding(5) var<storage, read_write> weights: array<vec4f>;
+
+const THREADS: u32 = 64u;
+var<workgroup> partial: array<vec3f, THREADS>;
+
+fn sum_of_all_threads(thread: u32) -> vec3f {
+    for (var stride = THREADS / 2u; stride > 0u; stride /= 2u) {
+        workgroupBarrier();
+        if thread < stride {
+            partial[thread] += partial[thread + stride];
+        }
+    }
+    workgroupBarrier();
+    return partial[0];
+}
+
+/// One workgroup per direction.
+@compute @workgroup_size(THREADS)
+fn weigh_cells(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+    let range = ranges[group.x];
+    var sum = vec3f(0.0);
+    for (var i = range.x + thread; i < range.y; i += THREADS) {
+        let dir = uniforms.world_from_dome * patches[i].xyz;
+        sum += textureSampleLevel(cube, cube_sampler, dir * vec3f(1.0, 1.0, -1.0), 0.0).rgb * patches[i].w;
+    }
+    partial[thread] = sum;
+    let total = sum_of_all_threads(thread);
+    if thread == 0u {
+        weights[group.x] = vec4f(total, 0.0);
+    }
+}
+
+/// One workgroup: the mean radiance below the horizon, behind the last direction.
+@compute @workgroup_size(THREADS)
+fn average_below(@builtin(local_invocation_index) thread: u32) {
+    var sum = vec3f(0.0);
+    for (var i = uniforms.counts.x + thread; i < uniforms.counts.y; i += THREADS) {
+        sum += weights[i].rgb;
+    }
+    partial[thread] = sum;
+    let total = sum_of_all_threads(thread);
+    if thread == 0u {
+        weights[uniforms.counts.y] = vec4f(total / 6.28318530718, 0.0);
+    }
+}
