@@ -48,15 +48,19 @@ pub fn default_plugins() -> PluginGroupBuilder {
         .disable::<LogPlugin>()
 }
 
-/// Builds a headless app with [`default_plugins`], lets `configure` add to it, and makes it ready for [`App::update`].
+/// Builds a headless app from plugins ([`default_plugins`], adapted as needed), lets `configure` add to it, and makes it
+/// ready for [`App::update`].
 ///
 /// # Errors
 /// [`OffscreenError::NoAdapter`] if there is nothing to render with.
-pub fn build_app(configure: impl FnOnce(&mut App)) -> Result<App, OffscreenError> {
+pub fn build_app(
+    plugins: PluginGroupBuilder,
+    configure: impl FnOnce(&mut App),
+) -> Result<App, OffscreenError> {
     // Bevy panics without an adapter, and only there does it tell.
     let build = std::panic::AssertUnwindSafe(|| {
         let mut app = App::new();
-        app.add_plugins(default_plugins());
+        app.add_plugins(plugins);
         app
     });
     let mut app = std::panic::catch_unwind(build).map_err(|panic| {

@@ -3,13 +3,20 @@
 //! **Enters:** an [`EnvironmentCube`] (or any cube a game puts into a [`LiveEnvironment`]). **Leaves:** a normal
 //! [`EnvironmentMapLight`] on the camera, at the intensity that makes 1.0 in the cube 1.0 in the frame buffer.
 //!
-//! For now Bevy's own generator filters the maps: it runs every frame and its noise under small bright lamps shows on rough
-//! surfaces. Games that use [`LiveEnvironment`] will not notice when that changes.
+//! The diffuse map is the cosine-weighted sum of all light, the glossy one GGX by perceptual roughness with filtered
+//! importance sampling (Křivánek & Colbert 2008), both free of noise. They are made anew every frame.
+
+mod equirect;
+mod filter_pass;
+mod maps;
+
+pub use equirect::{CubePixels, equirect_direction};
+pub use maps::FilteredEnvironment;
 
 use crate::{MirrorballSystems, camera::ArCamera, probe::EnvironmentCube};
 use bevy::{
     camera::Exposure,
-    light::{EnvironmentMapLight, GeneratedEnvironmentMapLight},
+    light::EnvironmentMapLight,
     prelude::*,
 };
 
@@ -33,6 +40,7 @@ impl Plugin for EnvironmentPlugin {
             PreUpdate,
             (light_cameras_by_probe, start_filter, keep_intensity).chain().after(MirrorballSystems::Track),
         );
+        filter_pass::build(app);
     }
 }
 
@@ -60,12 +68,12 @@ type ChangedEnvironment = (Entity, &'static LiveEnvironment, Option<&'static Exp
 
 fn start_filter(
     mut commands: Commands,
-    images: Res<Assets<Image>>,
+    mut images: ResMut<Assets<Image>>,
     cameras: Query<ChangedEnvironment, Changed<LiveEnvironment>>,
 ) {
     for (camera, environment, exposure) in &cameras {
         let entity = &mut commands.entity(camera);
-        entity.remove::<(GeneratedEnvironmentMapLight, EnvironmentMapLight)>();
+        entity.remove::<(FilteredEnvironment, EnvironmentMapLight)>();
         let Some(image) = images.get(&environment.source) else {
             error!("{camera}: LiveEnvironment.source is not an image (yet); insert the component once it is loaded");
             continue;
@@ -80,11 +88,14 @@ fn start_filter(
             );
             continue;
         }
-        entity.insert(GeneratedEnvironmentMapLight {
-            environment_map: environment.source.clone(),
+        let maps = FilteredEnvironment::allocate(&mut images, environment.source.clone(), size.width);
+        let light = EnvironmentMapLight {
+            diffuse_map: maps.diffuse.clone(),
+            specular_map: maps.glossy.clone(),
             intensity: unit_intensity(exposure),
             ..default()
-        });
+        };
+        entity.insert((maps, light));
     }
 }
 

@@ -28,3 +28,5 @@ pub struct WorldOrigin;
 #[derive(Component, Reflect, Clone, Debug, Default)]
 pub struct MarkerTracking { pub camera_from_marker: Option<Isometry3d>, pub seq: Option<u64> }
 impl MarkerTracking { pub fn last_seen_sequence(&self) -> Option<u64> { self.seq } }
+pub struct TrackingPlugin;
+impl Plugin for TrackingPlugin { fn build(&self, _: &mut App) {} }
