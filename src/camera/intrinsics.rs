@@ -43,8 +43,7 @@ impl Intrinsics {
     ///
     /// `None` for points beside or behind the camera (z ≥ 0).
     pub fn project(&self, pos_camera: Vec3) -> Option<Vec2> {
-        (pos_camera.z < 0.0)
-            .then(|| self.center + self.focal * Vec2::new(pos_camera.x, -pos_camera.y) / -pos_camera.z)
+        (pos_camera.z < 0.0).then(|| self.center + self.focal * Vec2::new(pos_camera.x, -pos_camera.y) / -pos_camera.z)
     }
 
     /// Unit direction in camera space (Bevy axes) of the ray through a pixel position.
@@ -60,7 +59,8 @@ mod tests {
 
     #[test]
     fn a_projected_ray_returns_to_its_pixel() {
-        let k = Intrinsics { focal: Vec2::new(600.0, 610.0), center: Vec2::new(321.0, 239.0), size: UVec2::new(640, 480) };
+        let k =
+            Intrinsics { focal: Vec2::new(600.0, 610.0), center: Vec2::new(321.0, 239.0), size: UVec2::new(640, 480) };
         for pixel in [Vec2::ZERO, Vec2::new(640.0, 480.0), Vec2::new(100.5, 400.25)] {
             let back = k.project(k.ray(pixel) * 3.0).expect("in front of the camera");
             assert!(back.distance(pixel) < 1e-3, "{pixel} came back as {back}");

@@ -1,0 +1,207 @@
+//! The components that an artist can write, and how each is read.
+
+use super::{
+    error::ExtrasProblem,
+    fields::{Fields, Flag, Positive, Whole, Word, quoted, shown},
+};
+use crate::{
+    probe::LightProbeSphere,
+    shadows::ShadowDomeLight,
+    stage::PhantomObject,
+    tracking::{MarkerAnchor, WorldOrigin},
+};
+use bevy::prelude::*;
+use serde_json::Value;
+
+/// A component that can stand in the extras of a glTF node, under its own name.
+pub(super) trait FromExtras: Component + Sized {
+    /// A complete value, for messages.
+    const EXAMPLE: &'static str;
+    /// Plain strings that may stand instead of an object, and what they mean.
+    const WORDS: &'static [(&'static str, fn() -> Self)] = &[];
+
+    /// Reads an object. `None` only where `fields` has noted a problem; defaults may be returned in that case too.
+    fn from_fields(fields: &mut Fields) -> Option<Self>;
+}
+
+/// Reads the value that stands under the name `component`.
+fn read_value<C: FromExtras>(component: &'static str, value: &Value) -> Result<C, Vec<ExtrasProblem>> {
+    if let Some((_, make)) = value.as_str().and_then(|found| C::WORDS.iter().find(|(word, _)| *word == found)) {
+        return Ok(make());
+    }
+    let Some(object) = value.as_object() else {
+        let mut expected = format!("an object such as {}", C::EXAMPLE);
+        if !C::WORDS.is_empty() {
+            let words: Vec<_> = C::WORDS.iter().map(|(word, _)| *word).collect();
+            expected = format!("{} or {expected}", quoted(&words));
+        }
+        return Err(vec![ExtrasProblem::WrongForm { component, found: shown(value), expected }]);
+    };
+    let mut fields = Fields::new(component, C::EXAMPLE, object);
+    let read = C::from_fields(&mut fields);
+    let problems = fields.into_problems();
+    match read {
+        Some(read) if problems.is_empty() => Ok(read),
+        _ => Err(problems),
+    }
+}
+
+/// Declares [`AuthoredComponent`]: each component's type name is its name in the extras.
+macro_rules! authored_components {
+    ($($(#[$doc:meta])* $component:ident),+ $(,)?) => {
+        /// A component read from the extras of a glTF node.
+        #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
+        pub enum AuthoredComponent {
+            $($(#[$doc])* $component($component),)+
+        }
+
+        impl AuthoredComponent {
+            /// The names that are looked for in extras.
+            pub const NAMES: &'static [&'static str] = &[$(stringify!($component)),+];
+
+            /// Its name in the extras.
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$component(_) => stringify!($component),)+
+                }
+            }
+
+            /// Puts it on an entity, in place of what the entity has of this type. Does nothing if the entity is gone.
+            pub fn insert_into(self, entity: &mut EntityCommands) {
+                match self {
+                    $(Self::$component(component) => entity.try_insert(component),)+
+                };
+            }
+
+            /// Reads the value under `name`. `None` if no component is called that.
+            pub(super) fn read(name: &str, value: &Value) -> Option<Result<Self, Vec<ExtrasProblem>>> {
+                match name {
+                    $(stringify!($component) => Some(read_value(stringify!($component), value).map(Self::$component)),)+
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+authored_components! {
+    /// A printed marker.
+    MarkerAnchor,
+    /// The marker that stays while the camera moves.
+    WorldOrigin,
+    /// The mirrored ball.
+    LightProbeSphere,
+    /// The stand-in for a real thing.
+    PhantomObject,
+    /// The dome of shadow directions.
+    ShadowDomeLight,
+}
+
+/// The last marker of the family tag36h11.
+const LAST_TAG36H11: u32 = 586;
+
+impl FromExtras for MarkerAnchor {
+    const EXAMPLE: &'static str = r#"{"id": 0, "size": 0.1}"#;
+
+    fn from_fields(fields: &mut Fields) -> Option<Self> {
+        fields.optional("family", Word(&["tag36h11"]));
+        let id = fields.required("id", Whole { least: 0, most: LAST_TAG36H11 });
+        let size = fields.required("size", Positive::METRES);
+        Some(Self::new(id?, size?))
+    }
+}
+
+impl FromExtras for WorldOrigin {
+    const EXAMPLE: &'static str = "{}";
+
+    fn from_fields(_: &mut Fields) -> Option<Self> {
+        Some(Self)
+    }
+}
+
+impl FromExtras for LightProbeSphere {
+    const EXAMPLE: &'static str = r#"{"radius": 0.05, "reflectance": 0.9}"#;
+
+    fn from_fields(fields: &mut Fields) -> Option<Self> {
+        let default = Self::default();
+        Some(Self {
+            radius: fields.optional("radius", Positive::METRES).unwrap_or(default.radius),
+            reflectance: fields.optional("reflectance", Positive::SHARE).unwrap_or(default.reflectance),
+        })
+    }
+}
+
+impl FromExtras for PhantomObject {
+    const EXAMPLE: &'static str = r#"{"casts": true, "receives": true}"#;
+
+    fn from_fields(fields: &mut Fields) -> Option<Self> {
+        let default = Self::default();
+        Some(Self {
+            casts: fields.optional("casts", Flag).unwrap_or(default.casts),
+            receives: fields.optional("receives", Flag).unwrap_or(default.receives),
+        })
+    }
+}
+
+impl FromExtras for ShadowDomeLight {
+    const EXAMPLE: &'static str = r#"{"directions": 64, "resolution": 256}"#;
+
+    fn from_fields(fields: &mut Fields) -> Option<Self> {
+        let default = Self::default();
+        Some(Self {
+            directions: fields.optional("directions", Whole { least: 1, most: 256 }).unwrap_or(default.directions),
+            resolution: fields.optional("resolution", Whole { least: 32, most: 1024 }).unwrap_or(default.resolution),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    /// Stands for components that are a choice: a word, or an object with details.
+    #[derive(Component, Debug, PartialEq)]
+    enum Paint {
+        Matte,
+        Glossy { coats: u32 },
+    }
+
+    impl FromExtras for Paint {
+        const EXAMPLE: &'static str = r#"{"coats": 2}"#;
+        const WORDS: &'static [(&'static str, fn() -> Self)] =
+            &[("Matte", || Self::Matte), ("Glossy", || Self::Glossy { coats: 1 })];
+
+        fn from_fields(fields: &mut Fields) -> Option<Self> {
+            Some(Self::Glossy { coats: fields.required("coats", Whole { least: 1, most: 9 })? })
+        }
+    }
+
+    #[test]
+    fn a_choice_may_be_a_word_or_an_object() {
+        assert_eq!(read_value("Paint", &json!("Matte")), Ok(Paint::Matte));
+        assert_eq!(read_value("Paint", &json!("Glossy")), Ok(Paint::Glossy { coats: 1 }));
+        assert_eq!(read_value("Paint", &json!({"coats": 3})), Ok(Paint::Glossy { coats: 3 }));
+    }
+
+    #[test]
+    fn a_wrong_word_is_answered_with_the_right_ones() {
+        let problems = read_value::<Paint>("Paint", &json!("matte")).expect_err("no such word");
+        let expected = r#""Matte" or "Glossy" or an object such as {"coats": 2}"#.to_string();
+        assert_eq!(problems, [ExtrasProblem::WrongForm { component: "Paint", found: "\"matte\"".into(), expected }]);
+    }
+
+    #[test]
+    fn every_example_is_accepted_and_complete() {
+        fn check<C: FromExtras>() {
+            let value = serde_json::from_str(C::EXAMPLE).expect("the example is JSON");
+            assert!(read_value::<C>("example", &value).is_ok(), "{}", C::EXAMPLE);
+        }
+        check::<MarkerAnchor>();
+        check::<WorldOrigin>();
+        check::<LightProbeSphere>();
+        check::<PhantomObject>();
+        check::<ShadowDomeLight>();
+    }
+}

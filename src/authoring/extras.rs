@@ -1,0 +1,220 @@
+//! The extras of one node, as JSON text, → components, mistakes and warnings. No engine needed.
+
+use super::{
+    component::AuthoredComponent,
+    error::{AuthoringError, ExtrasError, ExtrasProblem, ExtrasWarning, NodeContext},
+    spelling::closest,
+};
+use serde_json::Value;
+
+/// What the extras of one node say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParsedExtras {
+    /// The components without a mistake, in the alphabetical order of their names.
+    pub components: Vec<AuthoredComponent>,
+    /// All mistakes. A component with a mistake is not among [`components`](Self::components).
+    pub errors: Vec<ExtrasError>,
+    /// Names that are nearly those of components.
+    pub warnings: Vec<ExtrasWarning>,
+}
+
+impl ParsedExtras {
+    /// The components if there was no mistake at all, otherwise [`AuthoringError::Extras`]. Drops the warnings.
+    pub fn into_result(self) -> Result<Vec<AuthoredComponent>, AuthoringError> {
+        if self.errors.is_empty() { Ok(self.components) } else { Err(AuthoringError::Extras(self.errors)) }
+    }
+}
+
+/// Reads the extras of one node. `context` is repeated in errors and warnings.
+///
+/// Extras that are valid JSON and not an object hold no components, which is no mistake.
+///
+/// ```
+/// use bevy_mirrorball::authoring::{AuthoredComponent, NodeContext, parse_node_extras};
+/// use bevy_mirrorball::stage::PhantomObject;
+///
+/// let desk = NodeContext::new("desk.glb", "table");
+/// let parsed = parse_node_extras(r#"{"PhantomObject": {"casts": false}, "cycles": 1}"#, &desk);
+/// let phantom = PhantomObject { casts: false, receives: true };
+/// assert_eq!(parsed.components, [AuthoredComponent::PhantomObject(phantom)]);
+///
+/// let parsed = parse_node_extras(r#"{"PhantomObject": {"casts": 0}}"#, &desk);
+/// assert_eq!(
+///     parsed.errors[0].to_string(),
+///     r#"desk.glb, node "table": PhantomObject.casts is 0, which is of the wrong type; write true or false, or leave it out for the default"#,
+/// );
+/// ```
+pub fn parse_node_extras(json: &str, context: &NodeContext) -> ParsedExtras {
+    let mut parsed = ParsedExtras::default();
+    let error = |problem| ExtrasError { context: context.clone(), problem };
+    let entries = match serde_json::from_str(json) {
+        Ok(Value::Object(entries)) => entries,
+        Ok(_) => return parsed,
+        Err(reason) => {
+            parsed.errors.push(error(ExtrasProblem::NotJson { reason: reason.to_string() }));
+            return parsed;
+        }
+    };
+    // serde_json keeps the order of the file if any crate in the game's build asks it to
+    let mut entries: Vec<_> = entries.into_iter().collect();
+    entries.sort_by(|(a, _), (b, _)| a.cmp(b));
+    for (key, value) in entries {
+        match AuthoredComponent::read(&key, &value) {
+            Some(Ok(component)) => parsed.components.push(component),
+            Some(Err(problems)) => parsed.errors.extend(problems.into_iter().map(error)),
+            None => {
+                if let Some(meant) = closest(&key, AuthoredComponent::NAMES) {
+                    parsed.warnings.push(ExtrasWarning { context: context.clone(), key, meant });
+                }
+            }
+        }
+    }
+    parsed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        probe::LightProbeSphere,
+        shadows::ShadowDomeLight,
+        stage::PhantomObject,
+        tracking::{MarkerAnchor, WorldOrigin},
+    };
+
+    fn parse(json: &str) -> ParsedExtras {
+        parse_node_extras(json, &NodeContext::new("set.glb", "thing"))
+    }
+
+    /// The message of the only mistake, without the place.
+    fn complaint(json: &str) -> String {
+        let parsed = parse(json);
+        assert_eq!(parsed.errors.len(), 1, "{json}: {parsed:?}");
+        assert_eq!(parsed.components, [], "{json}");
+        parsed.errors[0].problem.to_string()
+    }
+
+    #[test]
+    fn omitted_fields_take_the_defaults() {
+        let json = r#"{"LightProbeSphere": {}, "PhantomObject": {}, "ShadowDomeLight": {}, "WorldOrigin": {},
+            "MarkerAnchor": {"id": 3, "size": 0.2}}"#;
+        let expected = vec![
+            AuthoredComponent::LightProbeSphere(LightProbeSphere::default()),
+            AuthoredComponent::MarkerAnchor(MarkerAnchor::new(3, 0.2)),
+            AuthoredComponent::PhantomObject(PhantomObject::default()),
+            AuthoredComponent::ShadowDomeLight(ShadowDomeLight::default()),
+            AuthoredComponent::WorldOrigin(WorldOrigin),
+        ];
+        assert_eq!(parse(json), ParsedExtras { components: expected, ..ParsedExtras::default() });
+    }
+
+    #[test]
+    fn given_fields_are_taken_over() {
+        let json = r#"{"LightProbeSphere": {"radius": 0.03, "reflectance": 0.65}, "PhantomObject": {"receives": false},
+            "ShadowDomeLight": {"directions": 16, "resolution": 100}}"#;
+        let expected = [
+            AuthoredComponent::LightProbeSphere(LightProbeSphere { radius: 0.03, reflectance: 0.65 }),
+            AuthoredComponent::PhantomObject(PhantomObject { casts: true, receives: false }),
+            AuthoredComponent::ShadowDomeLight(ShadowDomeLight { directions: 16, resolution: 100 }),
+        ];
+        assert_eq!(parse(json).into_result().expect("no mistake"), expected);
+    }
+
+    #[test]
+    fn extras_of_other_tools_are_left_alone() {
+        for json in [r#"{"cycles": {"id": 1}, "Anchor": 2, "targetNames": []}"#, "{}", "7", "null", "\"text\"", "[1]"] {
+            assert_eq!(parse(json), ParsedExtras::default(), "{json}");
+        }
+    }
+
+    #[test]
+    fn a_nearly_right_name_is_a_warning_that_names_both() {
+        let parsed = parse(r#"{"phantomObject": {}, "WorldOrgin": {}}"#);
+        assert_eq!((parsed.components.len(), parsed.errors.len()), (0, 0));
+        let texts: Vec<_> = parsed.warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(
+            texts,
+            [
+                r#"set.glb, node "thing": "WorldOrgin" is left alone; rename it to "WorldOrigin" if that component was meant"#,
+                r#"set.glb, node "thing": "phantomObject" is left alone; rename it to "PhantomObject" if that component was meant"#,
+            ]
+        );
+    }
+
+    #[test]
+    fn mandatory_fields_are_asked_for() {
+        assert_eq!(
+            complaint(r#"{"MarkerAnchor": {"id": 0}}"#),
+            "MarkerAnchor.size is missing, expected a number above 0 (metres); add it, for example {\"id\": 0, \"size\": 0.1}"
+        );
+    }
+
+    #[test]
+    fn unknown_fields_are_named_with_what_was_meant() {
+        let of_ball = |field: &str| complaint(&format!(r#"{{"LightProbeSphere": {{"{field}": 0.1}}}}"#));
+        assert_eq!(of_ball("Radius"), r#"LightProbeSphere.Radius is unknown; rename it to "radius" or remove it"#);
+        assert_eq!(
+            of_ball("diameter"),
+            "LightProbeSphere.diameter is unknown; remove it, the fields are radius, reflectance"
+        );
+        assert_eq!(
+            complaint(r#"{"WorldOrigin": {"id": 0}}"#),
+            "WorldOrigin.id is unknown; remove it, the component has no fields"
+        );
+    }
+
+    #[test]
+    fn wrong_types_and_ranges_are_named_with_value_and_remedy() {
+        assert_eq!(
+            complaint(r#"{"LightProbeSphere": {"radius": "5 cm"}}"#),
+            "LightProbeSphere.radius is \"5 cm\", which is of the wrong type; write a number above 0 (metres), or leave it out \
+             for the default"
+        );
+        assert_eq!(
+            complaint(r#"{"LightProbeSphere": {"reflectance": 90}}"#),
+            "LightProbeSphere.reflectance is 90, which is not accepted; write a number above 0 and at most 1, or leave it out \
+             for the default"
+        );
+        assert_eq!(
+            complaint(r#"{"MarkerAnchor": {"id": 587, "size": 0.1}}"#),
+            "MarkerAnchor.id is 587, which is not accepted; write a whole number from 0 to 586"
+        );
+        assert_eq!(
+            complaint(r#"{"MarkerAnchor": {"id": 0, "size": 0.1, "family": "tag25h9"}}"#),
+            "MarkerAnchor.family is \"tag25h9\", which is not accepted; write \"tag36h11\", or leave it out for the default"
+        );
+        assert_eq!(
+            complaint(r#"{"ShadowDomeLight": {"directions": 0}}"#),
+            "ShadowDomeLight.directions is 0, which is not accepted; write a whole number from 1 to 256, or leave it out for \
+             the default"
+        );
+        assert_eq!(
+            complaint(r#"{"WorldOrigin": true}"#),
+            "WorldOrigin is true, expected an object such as {}; write it like that or remove WorldOrigin"
+        );
+    }
+
+    #[test]
+    fn one_mistake_does_not_hide_another_nor_the_rest() {
+        let parsed = parse(r#"{"MarkerAnchor": {"id": -1, "sise": 0.1}, "WorldOrigin": {}}"#);
+        assert_eq!(parsed.components, [AuthoredComponent::WorldOrigin(WorldOrigin)]);
+        let problems: Vec<_> = parsed.errors.iter().map(|error| &error.problem).collect();
+        assert!(
+            matches!(
+                problems[..],
+                [
+                    ExtrasProblem::OutOfRange { field: "id", .. },
+                    ExtrasProblem::MissingField { field: "size", .. },
+                    ExtrasProblem::UnknownField { .. }
+                ]
+            ),
+            "{problems:?}"
+        );
+        assert!(matches!(parsed.into_result(), Err(AuthoringError::Extras(errors)) if errors.len() == 3));
+    }
+
+    #[test]
+    fn text_that_is_no_json_is_an_error() {
+        assert!(complaint("{").starts_with("the extras are not valid JSON ("));
+    }
+}

@@ -1,0 +1,228 @@
+//! Reads the fields of one JSON object by rules and collects everything that is wrong with them.
+
+use super::{error::ExtrasProblem, spelling::closest};
+use serde_json::{Map, Value};
+
+/// Which values a field accepts.
+pub(super) trait Rule {
+    /// What the field is read as.
+    type Value;
+    /// The value, or what is wrong with it.
+    fn read(&self, json: &Value) -> Result<Self::Value, Mismatch>;
+    /// The accepted values in words, to follow "write" or "expected".
+    fn expected(&self) -> String;
+}
+
+/// Why a rule turns a value down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mismatch {
+    /// It is of another JSON type.
+    Type,
+    /// It is of the right type.
+    Range,
+}
+
+/// `true` or `false`.
+pub(super) struct Flag;
+
+impl Rule for Flag {
+    type Value = bool;
+
+    fn read(&self, json: &Value) -> Result<bool, Mismatch> {
+        json.as_bool().ok_or(Mismatch::Type)
+    }
+
+    fn expected(&self) -> String {
+        "true or false".into()
+    }
+}
+
+/// A whole number from `least` to `most`. Some tools write whole numbers with a decimal point: 64.0 is 64.
+pub(super) struct Whole {
+    pub(super) least: u32,
+    pub(super) most: u32,
+}
+
+impl Rule for Whole {
+    type Value = u32;
+
+    fn read(&self, json: &Value) -> Result<u32, Mismatch> {
+        let number = json.as_f64().filter(|number| number.fract() == 0.0).ok_or(Mismatch::Type)?;
+        // both ends are exact in f64, so the cast is too
+        let in_range = (f64::from(self.least)..=f64::from(self.most)).contains(&number);
+        in_range.then_some(number as u32).ok_or(Mismatch::Range)
+    }
+
+    fn expected(&self) -> String {
+        format!("a whole number from {} to {}", self.least, self.most)
+    }
+}
+
+/// A finite number above 0, at most `most`; still so when stored in single precision.
+pub(super) struct Positive {
+    pub(super) most: f32,
+    pub(super) unit: Option<&'static str>,
+}
+
+impl Positive {
+    /// A length in metres.
+    pub(super) const METRES: Self = Self { most: f32::MAX, unit: Some("metres") };
+    /// A part of a whole.
+    pub(super) const SHARE: Self = Self { most: 1.0, unit: None };
+}
+
+impl Rule for Positive {
+    type Value = f32;
+
+    fn read(&self, json: &Value) -> Result<f32, Mismatch> {
+        let number = json.as_f64().ok_or(Mismatch::Type)? as f32;
+        (number > 0.0 && number <= self.most).then_some(number).ok_or(Mismatch::Range)
+    }
+
+    fn expected(&self) -> String {
+        let mut text = String::from("a number above 0");
+        if self.most < f32::MAX {
+            text.push_str(&format!(" and at most {}", self.most));
+        }
+        if let Some(unit) = self.unit {
+            text.push_str(&format!(" ({unit})"));
+        }
+        text
+    }
+}
+
+/// One of a few words, as it stands.
+pub(super) struct Word(pub(super) &'static [&'static str]);
+
+impl Rule for Word {
+    type Value = &'static str;
+
+    fn read(&self, json: &Value) -> Result<&'static str, Mismatch> {
+        let found = json.as_str().ok_or(Mismatch::Type)?;
+        self.0.iter().find(|&&word| word == found).copied().ok_or(Mismatch::Range)
+    }
+
+    fn expected(&self) -> String {
+        quoted(self.0)
+    }
+}
+
+/// The words in quotes, joined by "or".
+pub(super) fn quoted(words: &[&str]) -> String {
+    words.iter().map(|word| format!("{word:?}")).collect::<Vec<_>>().join(" or ")
+}
+
+/// Longest piece of a user's value that a message repeats, in characters.
+const FOUND_LENGTH: usize = 40;
+
+/// A value for a message: as JSON, cut if long.
+pub(super) fn shown(json: &Value) -> String {
+    let text = json.to_string();
+    match text.char_indices().nth(FOUND_LENGTH) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}
+
+/// The fields of one component. Asking for a field makes it known; what was never asked for is an error at the end.
+pub(super) struct Fields<'a> {
+    component: &'static str,
+    example: &'static str,
+    object: &'a Map<String, Value>,
+    known: Vec<&'static str>,
+    problems: Vec<ExtrasProblem>,
+}
+
+impl<'a> Fields<'a> {
+    /// The fields of `object`, which is the value of `component`; `example` is a complete value of it.
+    pub(super) fn new(component: &'static str, example: &'static str, object: &'a Map<String, Value>) -> Self {
+        Self { component, example, object, known: Vec::new(), problems: Vec::new() }
+    }
+
+    /// The field's value; `None` if it is absent or wrong, which is noted.
+    pub(super) fn required<R: Rule>(&mut self, field: &'static str, rule: R) -> Option<R::Value> {
+        if !self.object.contains_key(field) {
+            let Self { component, example, .. } = *self;
+            self.known.push(field);
+            self.problems.push(ExtrasProblem::MissingField { component, field, expected: rule.expected(), example });
+            return None;
+        }
+        self.read(field, rule, "")
+    }
+
+    /// The field's value; `None` if it is absent, or wrong, which is noted.
+    pub(super) fn optional<R: Rule>(&mut self, field: &'static str, rule: R) -> Option<R::Value> {
+        self.read(field, rule, ", or leave it out for the default")
+    }
+
+    fn read<R: Rule>(&mut self, field: &'static str, rule: R, or_omit: &'static str) -> Option<R::Value> {
+        self.known.push(field);
+        let json = self.object.get(field)?;
+        let component = self.component;
+        let (found, expected) = (shown(json), rule.expected());
+        match rule.read(json) {
+            Ok(value) => return Some(value),
+            Err(Mismatch::Type) => {
+                self.problems.push(ExtrasProblem::WrongType { component, field, found, expected, or_omit });
+            }
+            Err(Mismatch::Range) => {
+                self.problems.push(ExtrasProblem::OutOfRange { component, field, found, expected, or_omit });
+            }
+        }
+        None
+    }
+
+    /// Everything that was wrong, including fields that nobody asked for.
+    pub(super) fn into_problems(self) -> Vec<ExtrasProblem> {
+        let Self { component, object, known, mut problems, .. } = self;
+        for field in object.keys().filter(|field| !known.contains(&field.as_str())) {
+            let remedy = match closest(field, &known) {
+                Some(meant) => format!("rename it to {meant:?} or remove it"),
+                None if known.is_empty() => "remove it, the component has no fields".into(),
+                None => format!("remove it, the fields are {}", known.join(", ")),
+            };
+            problems.push(ExtrasProblem::UnknownField { component, field: field.clone(), remedy });
+        }
+        problems
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn whole_numbers_stay_in_their_range() {
+        let rule = Whole { least: 1, most: 256 };
+        assert_eq!(rule.read(&json!(1)), Ok(1));
+        assert_eq!(rule.read(&json!(256.0)), Ok(256));
+        for outside in [json!(0), json!(-1), json!(257), json!(1e300)] {
+            assert_eq!(rule.read(&outside), Err(Mismatch::Range), "{outside}");
+        }
+        for other in [json!(1.5), json!("1"), json!(true), json!(null)] {
+            assert_eq!(rule.read(&other), Err(Mismatch::Type), "{other}");
+        }
+    }
+
+    #[test]
+    fn positive_numbers_are_positive_in_single_precision_too() {
+        assert_eq!(Positive::METRES.read(&json!(0.05)), Ok(0.05));
+        assert_eq!(Positive::METRES.read(&json!(2)), Ok(2.0));
+        // 1e-60 becomes 0 and 1e60 infinite as f32
+        for outside in [json!(0), json!(-0.1), json!(1e-60), json!(1e60)] {
+            assert_eq!(Positive::METRES.read(&outside), Err(Mismatch::Range), "{outside}");
+        }
+        assert_eq!(Positive::SHARE.read(&json!(1)), Ok(1.0));
+        assert_eq!(Positive::SHARE.read(&json!(1.01)), Err(Mismatch::Range));
+        assert_eq!(Positive::SHARE.read(&json!("0.9")), Err(Mismatch::Type));
+    }
+
+    #[test]
+    fn long_values_are_cut_between_characters() {
+        assert_eq!(shown(&json!(-0.5)), "-0.5");
+        let long = shown(&json!("ä".repeat(100)));
+        assert_eq!(long.chars().count(), FOUND_LENGTH + 1);
+        assert!(long.ends_with('…'));
+    }
+}
