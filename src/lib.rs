@@ -2,9 +2,9 @@
 
 pub mod authoring;
 pub mod camera;
-pub mod offscreen;
 pub mod environment;
 pub mod materials;
+pub mod offscreen;
 pub mod probe;
 pub mod shadows;
 pub mod stage;

@@ -24,7 +24,9 @@ use bevy::{
 #[derive(thiserror::Error, Debug)]
 pub enum OffscreenError {
     /// There is no graphics adapter, not even a software one.
-    #[error("no graphics adapter: {0}. Install a Vulkan driver; the package mesa-vulkan-drivers has one that needs no GPU")]
+    #[error(
+        "no graphics adapter: {0}. Install a Vulkan driver; the package mesa-vulkan-drivers has one that needs no GPU"
+    )]
     NoAdapter(String),
     /// A texture did not come back from the GPU.
     #[error("a texture did not come back from the GPU within {0} frames; does it exist and has it the usage COPY_SRC?")]
@@ -53,10 +55,7 @@ pub fn default_plugins() -> PluginGroupBuilder {
 ///
 /// # Errors
 /// [`OffscreenError::NoAdapter`] if there is nothing to render with.
-pub fn build_app(
-    plugins: PluginGroupBuilder,
-    configure: impl FnOnce(&mut App),
-) -> Result<App, OffscreenError> {
+pub fn build_app(plugins: PluginGroupBuilder, configure: impl FnOnce(&mut App)) -> Result<App, OffscreenError> {
     // Bevy panics without an adapter, and only there does it tell.
     let build = std::panic::AssertUnwindSafe(|| {
         let mut app = App::new();

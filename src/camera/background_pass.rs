@@ -3,10 +3,7 @@
 use super::{ArCamera, CameraFrame, FrameMapping, FrameTexture};
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
-    core_pipeline::{
-        Core3d, Core3dSystems, FullscreenShader,
-        core_3d::main_opaque_pass_3d,
-    },
+    core_pipeline::{Core3d, Core3dSystems, FullscreenShader, core_3d::main_opaque_pass_3d},
     prelude::*,
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
@@ -38,10 +35,7 @@ pub(super) fn build(app: &mut App) {
         .add_systems(RenderStartup, init_background_pipeline)
         .add_systems(ExtractSchedule, extract_backgrounds)
         .add_systems(Render, prepare_backgrounds.in_set(RenderSystems::PrepareBindGroups))
-        .add_systems(
-            Core3d,
-            background_pass.before(main_opaque_pass_3d).in_set(Core3dSystems::MainPass),
-        );
+        .add_systems(Core3d, background_pass.before(main_opaque_pass_3d).in_set(Core3dSystems::MainPass));
 }
 
 /// What a view needs to draw its camera's picture.
@@ -138,13 +132,8 @@ fn extract_backgrounds(mut commands: Commands, cameras: Extract<Query<Background
     }
 }
 
-type BackgroundView = (
-    Entity,
-    &'static ExtractedBackground,
-    &'static ExtractedView,
-    &'static Msaa,
-    Option<&'static PreparedBackground>,
-);
+type BackgroundView =
+    (Entity, &'static ExtractedBackground, &'static ExtractedView, &'static Msaa, Option<&'static PreparedBackground>);
 
 fn prepare_backgrounds(
     mut commands: Commands,

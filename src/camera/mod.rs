@@ -75,9 +75,10 @@ impl ArCamera {
 
     /// The intrinsics for pictures of the given size: the known ones scaled, or 60° of horizontal field of view.
     pub fn intrinsics_for(&self, frame_size: UVec2) -> Intrinsics {
-        self.intrinsics
-            .filter(Intrinsics::is_valid)
-            .map_or_else(|| Intrinsics::from_horizontal_fov(frame_size, ASSUMED_HORIZONTAL_FOV), |i| i.scaled_to(frame_size))
+        self.intrinsics.filter(Intrinsics::is_valid).map_or_else(
+            || Intrinsics::from_horizontal_fov(frame_size, ASSUMED_HORIZONTAL_FOV),
+            |i| i.scaled_to(frame_size),
+        )
     }
 }
 

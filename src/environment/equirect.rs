@@ -96,12 +96,14 @@ mod tests {
 
     #[test]
     fn half_floats_are_read_in_order() {
-        let bytes: Vec<u8> = (0..6u16).flat_map(|i| {
-            [half::f16::from_f32(f32::from(i)), half::f16::ONE, half::f16::ZERO, half::f16::ONE]
-                .into_iter()
-                .flat_map(half::f16::to_le_bytes)
-                .collect::<Vec<_>>()
-        }).collect();
+        let bytes: Vec<u8> = (0..6u16)
+            .flat_map(|i| {
+                [half::f16::from_f32(f32::from(i)), half::f16::ONE, half::f16::ZERO, half::f16::ONE]
+                    .into_iter()
+                    .flat_map(half::f16::to_le_bytes)
+                    .collect::<Vec<_>>()
+            })
+            .collect();
         let cube = CubePixels::from_rgba16f(1, &bytes).expect("48 bytes");
         assert_eq!(cube.texels[5], Vec3::new(5.0, 1.0, 0.0));
         assert!(CubePixels::from_rgba16f(2, &bytes).is_none());

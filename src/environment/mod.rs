@@ -14,11 +14,7 @@ pub use equirect::{CubePixels, equirect_direction};
 pub use maps::FilteredEnvironment;
 
 use crate::{MirrorballSystems, camera::ArCamera, probe::EnvironmentCube};
-use bevy::{
-    camera::Exposure,
-    light::EnvironmentMapLight,
-    prelude::*,
-};
+use bevy::{camera::Exposure, light::EnvironmentMapLight, prelude::*};
 
 /// Lights the view of a camera by a cube map that changes while the game runs.
 ///
@@ -46,11 +42,7 @@ impl Plugin for EnvironmentPlugin {
 
 type UnlitCamera = (With<ArCamera>, Without<LiveEnvironment>);
 
-fn light_cameras_by_probe(
-    mut commands: Commands,
-    cameras: Query<Entity, UnlitCamera>,
-    cubes: Query<&EnvironmentCube>,
-) {
+fn light_cameras_by_probe(mut commands: Commands, cameras: Query<Entity, UnlitCamera>, cubes: Query<&EnvironmentCube>) {
     let Some(cube) = cubes.iter().next() else {
         return;
     };

@@ -28,7 +28,10 @@ impl Plugin for MaterialsPlugin {
         embedded_asset!(app, "phantom.wgsl");
         embedded_asset!(app, "image_based.wgsl");
         app.register_type::<SurfaceStyle>()
-            .add_plugins((MaterialPlugin::<PhantomMaterial>::default(), MaterialPlugin::<ImageBasedMaterial>::default()))
+            .add_plugins((
+                MaterialPlugin::<PhantomMaterial>::default(),
+                MaterialPlugin::<ImageBasedMaterial>::default(),
+            ))
             .init_resource::<image_based::ExtendedMaterials>()
             .init_resource::<phantom::PhantomMaterials>()
             .add_systems(

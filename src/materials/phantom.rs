@@ -85,11 +85,7 @@ pub(super) fn follow_camera(
     }
     let material = |receives: bool| PhantomMaterial {
         frame: frame.clone(),
-        uniform: PhantomUniform {
-            frame_uv_from_view_uv,
-            has_frame: frame.is_some().into(),
-            receives: receives.into(),
-        },
+        uniform: PhantomUniform { frame_uv_from_view_uv, has_frame: frame.is_some().into(), receives: receives.into() },
         atlas: textures.atlas.clone(),
         views: textures.views.clone(),
         weights: textures.weights.clone(),

@@ -45,6 +45,7 @@ pub(super) struct ProbeView {
     pub focal: Vec2,
     pub center: Vec2,
     pub gain: Vec3,
+    pub up_camera: Vec3,
     pub uniform_radiance: Option<Vec3>,
 }
 
@@ -72,7 +73,7 @@ pub(super) fn measure_probes(
     let intrinsics = ar_camera.intrinsics_for(frame.pixels.size);
     let camera_from_world = camera_transform.affine().inverse();
     let seen_marker = anchors.iter().find_map(|(anchor, tracking)| {
-        let fresh = tracking.last_seen_sequence() == Some(frame.sequence);
+        let fresh = tracking.last_seen == Some(frame.sequence);
         tracking.camera_from_marker.filter(|_| fresh).map(|pose| (Affine3A::from(pose), anchor.size))
     });
     for (probe, clip_recovery, transform, uniform_sky, mut measurement) in &mut probes {
@@ -91,7 +92,8 @@ pub(super) fn measure_probes(
             continue;
         }
         let started = Instant::now();
-        let observer = Observer { camera, frame: &frame.pixels, intrinsics: &intrinsics, camera_from_world, seen_marker };
+        let observer =
+            Observer { camera, frame: &frame.pixels, intrinsics: &intrinsics, camera_from_world, seen_marker };
         let measured = observer.measure(&probe, &clip_recovery, center_camera, uniform_sky);
         let last_view = measurement.view;
         *measurement = ProbeMeasurement { sequence: frame.sequence, cpu_time: started.elapsed(), ..measured };
@@ -131,10 +133,10 @@ impl Observer<'_> {
         measured.paper = self
             .seen_marker
             .and_then(|(pose, size)| recovery::paper_radiance(self.frame, self.intrinsics, &pose, size));
-        if let (true, Some(paper), Some((pose, _))) = (clip_recovery.is_enabled, measured.paper, self.seen_marker) {
-            let normal = pose.transform_vector3(Vec3::Y).normalize();
+        let up_camera = self.seen_marker.map(|(pose, _)| pose.transform_vector3(Vec3::Y).normalize());
+        if let (true, Some(paper), Some(up_camera)) = (clip_recovery.is_enabled, measured.paper, up_camera) {
             let split = SplitIrradiance::at(
-                normal,
+                up_camera,
                 self.frame,
                 self.intrinsics,
                 &ball,
@@ -154,8 +156,8 @@ impl Observer<'_> {
             focal: self.intrinsics.focal,
             center: self.intrinsics.center,
             gain: measured.gain,
-            uniform_radiance: uniform_sky
-                .map(|sky| sky.radiance.or(measured.paper.map(gray)).unwrap_or(Vec3::ONE)),
+            up_camera: up_camera.unwrap_or_default(),
+            uniform_radiance: uniform_sky.map(|sky| sky.radiance.or(measured.paper.map(gray)).unwrap_or(Vec3::ONE)),
         });
         measured
     }

@@ -30,7 +30,8 @@ pub struct BallView {
 impl BallView {
     /// Describes a ball; `None` unless it is wholly in front of the camera plane.
     pub fn new(center_camera: Vec3, radius: f32) -> Option<Self> {
-        (radius > 0.0 && center_camera.is_finite() && center_camera.z < -radius).then_some(Self { center_camera, radius })
+        (radius > 0.0 && center_camera.is_finite() && center_camera.z < -radius)
+            .then_some(Self { center_camera, radius })
     }
 
     /// Distance of the ball's center from the camera in metres.
@@ -100,14 +101,18 @@ impl BallView {
         // Rays d that touch the ball satisfy (d·c)² = (|c|² − r²)·|d|², a conic dᵀQd = 0 with d = A·(u, v, 1).
         let c = self.center_camera.as_dvec3();
         let q = DMat3::from_cols(c * c.x, c * c.y, c * c.z)
-            - DMat3::from_diagonal(DVec3::splat(
-                c.length_squared() - f64::from(self.radius).powi(2),
-            ));
+            - DMat3::from_diagonal(DVec3::splat(c.length_squared() - f64::from(self.radius).powi(2)));
         let (f, p) = (intrinsics.focal.as_dvec2(), intrinsics.center.as_dvec2());
         let ray_from_pixel = DMat3::from_cols_array(&[
-            1.0 / f.x, 0.0, 0.0, //
-            0.0, -1.0 / f.y, 0.0, //
-            -p.x / f.x, p.y / f.y, -1.0,
+            1.0 / f.x,
+            0.0,
+            0.0, //
+            0.0,
+            -1.0 / f.y,
+            0.0, //
+            -p.x / f.x,
+            p.y / f.y,
+            -1.0,
         ]);
         let m = ray_from_pixel.transpose() * q * ray_from_pixel;
         let (a, b, d) = (m.x_axis.x, m.x_axis.y, m.y_axis.y);

@@ -40,7 +40,7 @@ pub(super) struct SplitIrradiance {
 
 impl SplitIrradiance {
     /// Cosine-weighted sum over the hemisphere about a normal (camera space) of what the ball shows.
-    pub fn at(
+    pub(super) fn at(
         normal_camera: Vec3,
         frame: &FramePixels,
         intrinsics: &Intrinsics,
@@ -69,7 +69,7 @@ impl SplitIrradiance {
     }
 
     /// Gain on clipped light per channel that makes the whole equal to what the paper's radiance says.
-    pub fn gain(&self, paper: Vec3, recovery: &ClipRecovery) -> Vec3 {
+    pub(super) fn gain(&self, paper: Vec3, recovery: &ClipRecovery) -> Vec3 {
         let wanted = paper / recovery.paper_reflectance;
         let gain = |channel: usize| {
             if self.clipped[channel] < LEAST_CLIPPED_SHARE * wanted[channel] || self.clipped[channel] <= 0.0 {

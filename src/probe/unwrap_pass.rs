@@ -1,10 +1,6 @@
 //! Camera picture of a mirrored ball → environment cube, one compute dispatch before all cameras.
 
-use super::{
-    EnvironmentCube, ProbeMeasurement,
-    measure::ProbeView,
-    recovery::CLIPPED_FROM,
-};
+use super::{EnvironmentCube, ProbeMeasurement, measure::ProbeView, recovery::CLIPPED_FROM};
 use crate::{
     MirrorballPasses,
     camera::{FrameTexture, srgb_to_linear},
@@ -46,10 +42,7 @@ pub(super) fn build(app: &mut App) {
         .add_systems(Render, prepare_unwraps.in_set(RenderSystems::PrepareBindGroups))
         .add_systems(
             RenderGraph,
-            unwrap_pass
-                .in_set(RenderGraphSystems::Render)
-                .in_set(MirrorballPasses::WriteCubes)
-                .before(camera_driver),
+            unwrap_pass.in_set(RenderGraphSystems::Render).in_set(MirrorballPasses::WriteCubes).before(camera_driver),
         );
 }
 
@@ -70,6 +63,7 @@ struct UnwrapUniform {
     focal: Vec2,
     center: Vec2,
     gain: Vec4,
+    up_camera: Vec3,
     uniform_radiance: Vec3,
     clipped_from: f32,
 }
@@ -87,6 +81,7 @@ impl From<&ProbeView> for UnwrapUniform {
             focal: view.focal,
             center: view.center,
             gain: view.gain.extend(if view.uniform_radiance.is_some() { 1.0 } else { 0.0 }),
+            up_camera: view.up_camera,
             uniform_radiance: view.uniform_radiance.unwrap_or_default(),
             // Halfway below the first clipped code, so that the GPU's own sRGB rounding cannot miss it.
             clipped_from: 0.5 * (srgb_to_linear(CLIPPED_FROM - 1) + srgb_to_linear(CLIPPED_FROM)),
@@ -123,11 +118,7 @@ struct UnwrapPipeline {
     id: CachedComputePipelineId,
 }
 
-fn init_unwrap_pipeline(
-    mut commands: Commands,
-    asset_server: Res<AssetServer>,
-    pipeline_cache: Res<PipelineCache>,
-) {
+fn init_unwrap_pipeline(mut commands: Commands, asset_server: Res<AssetServer>, pipeline_cache: Res<PipelineCache>) {
     let layout = BindGroupLayoutDescriptor::new(
         "mirrorball_probe_unwrap_layout",
         &BindGroupLayoutEntries::sequential(

@@ -10,8 +10,10 @@ struct Unwrap {
     /// Focal lengths and principal point in pixels.
     focal: vec2f,
     center: vec2f,
-    /// Factor on clipped pixels; w: 1 if `uniform_radiance` replaces the picture.
+    /// Factor on pixels clipped by light from above the horizon; w: 1 if `uniform_radiance` replaces the picture.
     gain: vec4f,
+    /// Normal of the marker's paper, camera space.
+    up_camera: vec3f,
     uniform_radiance: vec3f,
     /// Linear values from here on are clipped.
     clipped_from: f32,
@@ -29,20 +31,20 @@ const RING: u32 = 8u;
 /// The largest value stored; far below the 65504 of half floats, so that sums of a few texels still fit.
 const MAX_RADIANCE: f32 = 60000.0;
 
-fn recovered(pixel: vec2i) -> vec3f {
+fn recovered(pixel: vec2i, gain: vec3f) -> vec3f {
     let size = vec2i(textureDimensions(frame));
     let value = textureLoad(frame, clamp(pixel, vec2i(0), size - 1), 0).rgb;
-    return select(value, value * unwrap.gain.rgb, value >= vec3f(unwrap.clipped_from));
+    return select(value, value * gain, value >= vec3f(unwrap.clipped_from));
 }
 
 /// Bilinear lookup; the gain is applied to each pixel, before pixels are mixed.
-fn sample_frame(pos_camera: vec3f) -> vec3f {
+fn sample_frame(pos_camera: vec3f, gain: vec3f) -> vec3f {
     let pixel = unwrap.center + unwrap.focal * vec2f(pos_camera.x, -pos_camera.y) / -pos_camera.z;
     let corner = floor(pixel - 0.5);
     let t = pixel - 0.5 - corner;
     let p = vec2i(corner);
-    let top = mix(recovered(p), recovered(p + vec2i(1, 0)), t.x);
-    let bottom = mix(recovered(p + vec2i(0, 1)), recovered(p + vec2i(1, 1)), t.x);
+    let top = mix(recovered(p, gain), recovered(p + vec2i(1, 0), gain), t.x);
+    let bottom = mix(recovered(p + vec2i(0, 1), gain), recovered(p + vec2i(1, 1), gain), t.x);
     return mix(top, bottom, t.y);
 }
 
@@ -52,7 +54,9 @@ fn radiance_from(dir_world: vec3f) -> vec3f {
     let axis = -normalize(ball.center_camera);
     let side = side_of(axis, dir);
     let angle = atan2(length(dir - axis * dot(axis, dir)), dot(axis, dir));
-    let measured = sample_frame(surface_point(ball, axis, side, min(angle, ball.edge_angle)));
+    // The paper says nothing about light from below, and lamps stand above the desk: glints on it keep their value.
+    let gain = select(vec3f(1.0), unwrap.gain.rgb, dot(dir, unwrap.up_camera) > 0.0);
+    let measured = sample_frame(surface_point(ball, axis, side, min(angle, ball.edge_angle)), gain);
     if angle <= ball.edge_angle {
         return measured;
     }
@@ -61,7 +65,8 @@ fn radiance_from(dir_world: vec3f) -> vec3f {
     var ring = vec3f(0.0);
     for (var i = 0u; i < RING; i++) {
         let azimuth = 2.0 * PI * f32(i) / f32(RING);
-        ring += sample_frame(surface_point(ball, axis, side * cos(azimuth) + other * sin(azimuth), ball.edge_angle));
+        let rim = side * cos(azimuth) + other * sin(azimuth);
+        ring += sample_frame(surface_point(ball, axis, rim, ball.edge_angle), gain);
     }
     return mix(measured, ring / f32(RING), (angle - ball.edge_angle) / (PI - ball.edge_angle));
 }

@@ -127,10 +127,8 @@ fn prepare_depth(
     let Some(textures) = textures else {
         return;
     };
-    let is_drawn = prepared
-        .drawn
-        .as_ref()
-        .is_some_and(|(fitted, atlas)| *fitted == dome.fitted && *atlas == textures.atlas.id());
+    let is_drawn =
+        prepared.drawn.as_ref().is_some_and(|(fitted, atlas)| *fitted == dome.fitted && *atlas == textures.atlas.id());
     let casters = &dome.fitted.casters;
     if is_drawn || casters.is_empty() || textures.layout.directions != dome.fitted.directions {
         return;
@@ -144,7 +142,10 @@ fn prepare_depth(
             return;
         };
         if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
-            warn_once!("only meshes of triangle lists cast dome shadows; one of {:?} does not", mesh.primitive_topology());
+            warn_once!(
+                "only meshes of triangle lists cast dome shadows; one of {:?} does not",
+                mesh.primitive_topology()
+            );
             continue;
         }
         match pipelines.specialize(&pipeline_cache, &pipeline, (), &mesh.layout) {

@@ -37,10 +37,11 @@ pub(super) struct Cells {
 
 impl Cells {
     /// Gives every patch of the sphere to the direction nearest to it.
-    pub fn new(directions: &[Vec3]) -> Self {
+    pub(super) fn new(directions: &[Vec3]) -> Self {
         let mut by_direction: Vec<Vec<Vec4>> = vec![Vec::new(); directions.len()];
         for (patch, solid_angle) in patches() {
-            let nearest = (0..directions.len()).max_by(|&a, &b| directions[a].dot(patch).total_cmp(&directions[b].dot(patch)));
+            let nearest =
+                (0..directions.len()).max_by(|&a, &b| directions[a].dot(patch).total_cmp(&directions[b].dot(patch)));
             if let Some(nearest) = nearest {
                 by_direction[nearest].push(patch.extend(solid_angle));
             }
@@ -80,7 +81,7 @@ pub(super) struct BoundingSphere {
 
 impl BoundingSphere {
     /// Sphere around spheres: about the middle of their common box, never empty.
-    pub fn around(spheres: &[BoundingSphere]) -> Option<Self> {
+    pub(super) fn around(spheres: &[BoundingSphere]) -> Option<Self> {
         let low = spheres.iter().map(|s| s.center - s.radius).reduce(Vec3::min)?;
         let high = spheres.iter().map(|s| s.center + s.radius).reduce(Vec3::max)?;
         let center = 0.5 * (low + high);
@@ -89,7 +90,7 @@ impl BoundingSphere {
     }
 
     /// The last sphere if it still holds this one without being much too large; so static shadow maps stay valid.
-    pub fn or_keep(self, last: Option<Self>) -> Self {
+    pub(super) fn or_keep(self, last: Option<Self>) -> Self {
         match last {
             Some(last)
                 if last.center.distance(self.center) + self.radius <= last.radius

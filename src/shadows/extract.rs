@@ -93,9 +93,7 @@ impl ViewUniform {
 
     fn new(direction: Vec3, sphere: dome::BoundingSphere, half_width: f32) -> Self {
         let (right, up) = direction.any_orthonormal_pair();
-        let row = |axis: Vec3, scale: f32, offset: f32| {
-            (axis * scale).extend(offset - axis.dot(sphere.center) * scale)
-        };
+        let row = |axis: Vec3, scale: f32, offset: f32| (axis * scale).extend(offset - axis.dot(sphere.center) * scale);
         Self {
             right: row(right, 1.0 / half_width, 0.0),
             up: row(up, 1.0 / half_width, 0.0),
@@ -118,9 +116,8 @@ fn write_views(
     let Some(buffer) = buffers.get(&textures.views) else {
         return;
     };
-    let is_current = written
-        .as_ref()
-        .is_some_and(|(fitted, last)| *fitted == dome.fitted && last.layout == textures.layout);
+    let is_current =
+        written.as_ref().is_some_and(|(fitted, last)| *fitted == dome.fitted && last.layout == textures.layout);
     if is_current {
         return;
     }

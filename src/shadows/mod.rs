@@ -38,12 +38,7 @@ mod weights_pass;
 pub use textures::DomeTextures;
 
 use crate::{MirrorballSystems, stage::StageRole};
-use bevy::{
-    camera::primitives::Aabb,
-    light::NotShadowCaster,
-    prelude::*,
-    shader::load_shader_library,
-};
+use bevy::{camera::primitives::Aabb, light::NotShadowCaster, prelude::*, shader::load_shader_library};
 use dome::BoundingSphere;
 
 /// A dome of shadow-casting directions colored by the measured environment; its up axis is the entity's +Y.
@@ -84,15 +79,13 @@ impl Plugin for ShadowsPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "dome.wgsl");
         load_shader_library!(app, "visibility.wgsl");
-        app.register_type::<ShadowDomeLight>()
-            .init_resource::<FittedDome>()
-            .add_systems(
-                PostUpdate,
-                (textures::fit_textures, fit_dome)
-                    .chain()
-                    .after(bevy::camera::visibility::VisibilitySystems::CheckVisibility)
-                    .in_set(MirrorballSystems::Measure),
-            );
+        app.register_type::<ShadowDomeLight>().init_resource::<FittedDome>().add_systems(
+            PostUpdate,
+            (textures::fit_textures, fit_dome)
+                .chain()
+                .after(bevy::camera::visibility::VisibilitySystems::CheckVisibility)
+                .in_set(MirrorballSystems::Measure),
+        );
         extract::build(app);
         depth_pass::build(app);
         weights_pass::build(app);
@@ -120,13 +113,8 @@ struct Caster {
     is_phantom: bool,
 }
 
-type CasterItem = (
-    &'static Mesh3d,
-    &'static GlobalTransform,
-    &'static Aabb,
-    &'static StageRole,
-    &'static InheritedVisibility,
-);
+type CasterItem =
+    (&'static Mesh3d, &'static GlobalTransform, &'static Aabb, &'static StageRole, &'static InheritedVisibility);
 
 fn fit_dome(
     mut fitted: ResMut<FittedDome>,

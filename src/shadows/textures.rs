@@ -50,7 +50,7 @@ pub(super) struct AtlasLayout {
 }
 
 impl AtlasLayout {
-    pub fn new(directions: u32, resolution: u32) -> Self {
+    pub(super) fn new(directions: u32, resolution: u32) -> Self {
         let tiles = 2 * directions;
         let columns = (tiles as f32).sqrt().ceil() as u32;
         let rows = tiles.div_ceil(columns);

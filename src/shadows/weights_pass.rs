@@ -39,10 +39,7 @@ pub(super) fn build(app: &mut App) {
         .add_systems(Render, prepare_weights.in_set(RenderSystems::PrepareBindGroups))
         .add_systems(
             RenderGraph,
-            weights_pass
-                .in_set(RenderGraphSystems::Render)
-                .after(MirrorballPasses::WriteCubes)
-                .before(camera_driver),
+            weights_pass.in_set(RenderGraphSystems::Render).after(MirrorballPasses::WriteCubes).before(camera_driver),
         );
 }
 
@@ -177,10 +174,9 @@ fn weights_pass(
     let (Some(pipelines), Some(bind_group)) = (pipelines, &prepared.bind_group) else {
         return;
     };
-    let (Some(weigh), Some(average)) = (
-        pipeline_cache.get_compute_pipeline(pipelines.weigh),
-        pipeline_cache.get_compute_pipeline(pipelines.average),
-    ) else {
+    let (Some(weigh), Some(average)) =
+        (pipeline_cache.get_compute_pipeline(pipelines.weigh), pipeline_cache.get_compute_pipeline(pipelines.average))
+    else {
         return;
     };
     let diagnostics = ctx.diagnostic_recorder();

@@ -65,9 +65,7 @@ pub(crate) fn nearest<'w, C: Component>(
     parents: &Query<&ChildOf>,
     components: &'w Query<&C>,
 ) -> Option<&'w C> {
-    std::iter::once(entity)
-        .chain(parents.iter_ancestors(entity))
-        .find_map(|ancestor| components.get(ancestor).ok())
+    std::iter::once(entity).chain(parents.iter_ancestors(entity)).find_map(|ancestor| components.get(ancestor).ok())
 }
 
 type NewOrMoved = (With<Mesh3d>, Or<(Added<Mesh3d>, Changed<ChildOf>)>);

@@ -5,7 +5,7 @@ use bevy_mirrorball::offscreen;
 
 /// A headless app, or `None` with a printed reason where there is nothing to render with. With `MIRRORBALL_REQUIRE_GPU` set
 /// (as in CI) that is a failure.
-pub fn app(configure: impl FnOnce(&mut App)) -> Option<App> {
+pub(crate) fn app(configure: impl FnOnce(&mut App)) -> Option<App> {
     match offscreen::build_app(offscreen::default_plugins(), configure) {
         Ok(app) => Some(app),
         Err(error) if std::env::var_os("MIRRORBALL_REQUIRE_GPU").is_none() => {

@@ -1,0 +1,224 @@
+//! Puts virtual objects into a photograph: marker → camera pose, mirrored ball → light, dome → shadows.
+//!
+//! ```text
+//! cargo run --example composite -- --frame photo.png --intrinsics FX,FY,CX,CY --scene desk.glb --out out.png
+//! ```
+//! Run with `--help` for all options. Needs no window; renders on software Vulkan too.
+
+mod options;
+mod report;
+
+use bevy::{
+    asset::{AssetPlugin, LoadState, RecursiveDependencyLoadState, UnapprovedPathMode},
+    log::LogPlugin,
+    prelude::*,
+    render::diagnostic::RenderDiagnosticsPlugin,
+};
+use bevy_mirrorball::{
+    authoring,
+    camera::FramePixels,
+    environment::CubePixels,
+    offscreen,
+    prelude::*,
+    probe::{ClipRecovery, EnvironmentCube, ProbeMeasurement, UniformSky},
+    tracking::{MarkerState, MarkerTracking},
+};
+use options::{Options, USAGE};
+use report::Stopwatch;
+use std::{path::Path, process::ExitCode, time::Instant};
+
+fn main() -> ExitCode {
+    let result = match Options::from_command_line() {
+        Ok(Some(options)) => composite(&options),
+        Ok(None) => {
+            println!("{USAGE}");
+            Ok(())
+        }
+        Err(error) => Err(error.into()),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("composite: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+
+/// Frames drawn before the picture is taken: the first uploads, the second fills the environment, the third filters it.
+const WARM_UP_FRAMES: u32 = 4;
+/// Frames to wait for the scene's assets.
+const MAX_LOADING_FRAMES: u32 = 2000;
+/// Width of the dumped environment in pixels.
+const ENVIRONMENT_WIDTH: u32 = 1024;
+
+fn composite(options: &Options) -> Outcome<()> {
+    let mut steps = Stopwatch::default();
+    let started = Instant::now();
+    let frame = FramePixels::open(&options.frame)?;
+    steps.note("decode", started.elapsed());
+    authoring::read_scene_components(&options.scene)?;
+
+    let started = Instant::now();
+    let size = frame.size;
+    let mut app = build_app(options)?;
+    let (picture, target) = offscreen::add_target(&mut app, size);
+    // Bevy would draw every frame while the scene loads.
+    let camera = Camera { is_active: false, ..default() };
+    let intrinsics = options.intrinsics_of(size);
+    let camera = app.world_mut().spawn((ArCamera::new(intrinsics), camera, target, CameraFeed::pixels(frame))).id();
+    steps.note("start_renderer", started.elapsed());
+
+    let started = Instant::now();
+    load_scene(&mut app, &options.scene)?;
+    complete_scene(&mut app, options);
+    steps.note("load_scene", started.elapsed());
+
+    let started = Instant::now();
+    app.update();
+    steps.note("track_and_measure", started.elapsed());
+    check_marker_and_ball(&mut app, options)?;
+
+    if let Some(mut camera) = app.world_mut().get_mut::<Camera>(camera) {
+        camera.is_active = true;
+    }
+    let started = Instant::now();
+    for _ in 0..WARM_UP_FRAMES {
+        app.update();
+    }
+    steps.note("warm_up_frames", started.elapsed());
+    let started = Instant::now();
+    let pixels = offscreen::read_texture(&mut app, &picture)?;
+    steps.note("render_and_read_back", started.elapsed());
+    let rgb = pixels.chunks_exact(4).flat_map(|p| &p[..3]).copied().collect();
+    let picture = image::RgbImage::from_raw(size.x, size.y, rgb).ok_or("the picture came back in the wrong size")?;
+    picture.save(&options.out).map_err(|error| format!("cannot write {}: {error}", options.out.display()))?;
+
+    if let Some(path) = &options.dump_environment {
+        dump_environment(&mut app, path)?;
+    }
+    if let Some(path) = &options.report {
+        let text = serde_json::to_string_pretty(&report::report(&mut app, steps))?;
+        std::fs::write(path, text).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    }
+    Ok(())
+}
+
+fn build_app(options: &Options) -> Outcome<App> {
+    let folder = options.scene.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let assets = AssetPlugin {
+        file_path: std::path::absolute(folder)?.to_string_lossy().into_owned(),
+        unapproved_path_mode: UnapprovedPathMode::Deny,
+        ..default()
+    };
+    let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
+    Ok(offscreen::build_app(offscreen::default_plugins().set(assets), |app| {
+        app.add_plugins((log, RenderDiagnosticsPlugin, MirrorballPlugins));
+    })?)
+}
+
+fn load_scene(app: &mut App, path: &Path) -> Outcome<()> {
+    let file = path.file_name().ok_or("--scene names no file")?.to_string_lossy().into_owned();
+    let assets = app.world().resource::<AssetServer>().clone();
+    let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(file));
+    app.world_mut().spawn(WorldAssetRoot(scene.clone()));
+    for _ in 0..MAX_LOADING_FRAMES {
+        app.update();
+        if let Some(LoadState::Failed(error)) = assets.get_load_state(&scene) {
+            return Err(format!("cannot load {}: {error}", path.display()).into());
+        }
+        if let Some(RecursiveDependencyLoadState::Failed(error)) = assets.get_recursive_dependency_load_state(&scene) {
+            return Err(format!("cannot load what {} refers to: {error}", path.display()).into());
+        }
+        let world = app.world_mut();
+        let has_spawned = world.query::<&Mesh3d>().iter(world).next().is_some()
+            || world.query::<&MarkerAnchor>().iter(world).next().is_some();
+        if has_spawned && assets.is_loaded_with_dependencies(&scene) {
+            return Ok(());
+        }
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    Err(format!("{} did not load in time or is empty", path.display()).into())
+}
+
+/// What the options change in the scene, and what every scene needs.
+fn complete_scene(app: &mut App, options: &Options) {
+    let world = app.world_mut();
+    let domes: Vec<Entity> = world.query_filtered::<Entity, With<ShadowDomeLight>>().iter(world).collect();
+    if !options.has_shadows {
+        for dome in domes {
+            world.entity_mut(dome).remove::<ShadowDomeLight>();
+        }
+    } else if domes.is_empty() {
+        world.spawn(ShadowDomeLight::default());
+    }
+    let probes: Vec<Entity> = world.query_filtered::<Entity, With<LightProbeSphere>>().iter(world).collect();
+    for probe in probes {
+        let mut probe = world.entity_mut(probe);
+        if options.has_uniform_sky {
+            probe.insert(UniformSky::default());
+        }
+        if let Some(mut recovery) = probe.get_mut::<ClipRecovery>() {
+            recovery.is_enabled = options.has_recovery;
+        }
+    }
+}
+
+fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
+    let world = app.world_mut();
+    let anchors: Vec<(u32, bool)> = world
+        .query::<(&MarkerAnchor, &MarkerTracking)>()
+        .iter(world)
+        .map(|(anchor, tracking)| (anchor.id, tracking.state == MarkerState::Tracked))
+        .collect();
+    let (scene, frame) = (options.scene.display(), options.frame.display());
+    if anchors.is_empty() {
+        return Err(format!("{scene} has no MarkerAnchor: give a node the extras {{\"MarkerAnchor\": {{\"id\": 0, \"size\": 0.1}}, \"WorldOrigin\": {{}}}}").into());
+    }
+    if !anchors.iter().any(|(_, is_tracked)| *is_tracked) {
+        let ids: Vec<String> = anchors.iter().map(|(id, _)| id.to_string()).collect();
+        return Err(format!(
+            "no marker: tag36h11 number {} was not found in {frame}. It has to be wholly in the picture, at least 40 pixels \
+             wide, sharp, with a white margin, and evenly lit",
+            ids.join(" or ")
+        )
+        .into());
+    }
+    let probes: Vec<bool> = world.query::<&ProbeMeasurement>().iter(world).map(|probe| probe.is_in_view).collect();
+    if probes.is_empty() {
+        return Err(format!("{scene} has no LightProbeSphere: give the node at the ball's center the extras {{\"LightProbeSphere\": {{\"radius\": 0.05}}}}").into());
+    }
+    if !probes.contains(&true) {
+        return Err(format!(
+            "no ball: by the marker's pose the ball of {scene} lies outside {frame} or is too small in it. Check the node's \
+             position (metres, in the marker's frame), the marker's size and --intrinsics"
+        )
+        .into());
+    }
+    Ok(())
+}
+
+fn dump_environment(app: &mut App, path: &Path) -> Outcome<()> {
+    let world = app.world_mut();
+    let cube = world.query::<&EnvironmentCube>().iter(world).next().ok_or("there is no environment to dump")?.0.clone();
+    let world_from_marker = world
+        .query_filtered::<&GlobalTransform, With<MarkerAnchor>>()
+        .iter(world)
+        .next()
+        .map_or(Quat::IDENTITY, GlobalTransform::rotation);
+    let bytes = offscreen::read_texture(app, &cube)?;
+    let cube = CubePixels::from_rgba16f(EnvironmentCube::SIZE, &bytes).ok_or("the cube came back in the wrong size")?;
+    let pixels: Vec<image::Rgb<f32>> = cube
+        .to_equirect(ENVIRONMENT_WIDTH, world_from_marker)
+        .into_iter()
+        .map(|radiance| image::Rgb(radiance.to_array()))
+        .collect();
+    let fail = |error: &dyn std::fmt::Display| format!("cannot write {}: {error}", path.display());
+    let file = std::fs::File::create(path).map_err(|error| fail(&error))?;
+    image::codecs::hdr::HdrEncoder::new(std::io::BufWriter::new(file))
+        .encode(&pixels, ENVIRONMENT_WIDTH as usize, ENVIRONMENT_WIDTH as usize / 2)
+        .map_err(|error| fail(&error))?;
+    Ok(())
+}

@@ -1,0 +1,87 @@
+//! The command line.
+
+use bevy::prelude::*;
+use bevy_mirrorball::prelude::Intrinsics;
+use lexopt::prelude::*;
+use std::path::PathBuf;
+
+pub(crate) const USAGE: &str = "\
+Puts the virtual objects of a glTF scene into a photograph of a real desk.
+
+usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --out OUT.png [options]
+
+  --frame FILE              photograph with a printed tag36h11 marker and a mirrored ball (PNG or JPEG)
+  --intrinsics FX,FY,CX,CY  focal lengths and principal point of the camera, in pixels of the photograph
+  --scene FILE              glTF scene whose node extras name MarkerAnchor, LightProbeSphere, PhantomObject ...
+  --out FILE                where the picture goes (PNG), same size as the photograph
+  --report FILE             write pose, ball, gains and times as JSON
+  --dump-environment FILE   write what lights the scene as an equirectangular Radiance picture (.hdr)
+  --no-shadows              no dome shadows
+  --uniform-sky             light the scene by a uniform white sky instead of the room, for comparison
+  --no-recovery             take clipped lights for white instead of recovering their energy from the marker's paper
+";
+
+pub(crate) struct Options {
+    pub frame: PathBuf,
+    pub intrinsics: [f32; 4],
+    pub scene: PathBuf,
+    pub out: PathBuf,
+    pub report: Option<PathBuf>,
+    pub dump_environment: Option<PathBuf>,
+    pub has_shadows: bool,
+    pub has_uniform_sky: bool,
+    pub has_recovery: bool,
+}
+
+impl Options {
+    pub(crate) fn intrinsics_of(&self, size: UVec2) -> Intrinsics {
+        let [fx, fy, cx, cy] = self.intrinsics;
+        Intrinsics { focal: Vec2::new(fx, fy), center: Vec2::new(cx, cy), size }
+    }
+
+    /// Reads the command line; `None` if only help was asked for.
+    pub(crate) fn from_command_line() -> Result<Option<Self>, String> {
+        Self::parse(lexopt::Parser::from_env()).map_err(|error| format!("{error}\n\n{USAGE}"))
+    }
+
+    fn parse(mut parser: lexopt::Parser) -> Result<Option<Self>, lexopt::Error> {
+        let (mut frame, mut intrinsics, mut scene, mut out) = (None, None, None, None);
+        let (mut report, mut dump_environment) = (None, None);
+        let (mut has_shadows, mut has_uniform_sky, mut has_recovery) = (true, false, true);
+        while let Some(argument) = parser.next()? {
+            match argument {
+                Long("frame") => frame = Some(PathBuf::from(parser.value()?)),
+                Long("intrinsics") => intrinsics = Some(parser.value()?.parse_with(four_numbers)?),
+                Long("scene") => scene = Some(PathBuf::from(parser.value()?)),
+                Long("out") => out = Some(PathBuf::from(parser.value()?)),
+                Long("report") => report = Some(PathBuf::from(parser.value()?)),
+                Long("dump-environment") => dump_environment = Some(PathBuf::from(parser.value()?)),
+                Long("no-shadows") => has_shadows = false,
+                Long("uniform-sky") => has_uniform_sky = true,
+                Long("no-recovery") => has_recovery = false,
+                Long("help") | Short('h') => return Ok(None),
+                other => return Err(other.unexpected()),
+            }
+        }
+        Ok(Some(Self {
+            frame: frame.ok_or("--frame is missing")?,
+            intrinsics: intrinsics
+                .ok_or("--intrinsics is missing; calibrate the camera or give FX,FY,CX,CY in pixels")?,
+            scene: scene.ok_or("--scene is missing")?,
+            out: out.ok_or("--out is missing")?,
+            report,
+            dump_environment,
+            has_shadows,
+            has_uniform_sky,
+            has_recovery,
+        }))
+    }
+}
+
+fn four_numbers(text: &str) -> Result<[f32; 4], String> {
+    let numbers: Vec<f32> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+    match <[f32; 4]>::try_from(numbers) {
+        Ok(n) if text.split(',').count() == 4 && n.iter().all(|n| n.is_finite()) && n[0] > 0.0 && n[1] > 0.0 => Ok(n),
+        _ => Err("--intrinsics takes four numbers FX,FY,CX,CY in pixels, the focal lengths above 0".to_owned()),
+    }
+}

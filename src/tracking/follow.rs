@@ -1,0 +1,128 @@
+//! The systems that keep camera and anchors where the markers say.
+
+use super::{
+    DetectedMarkers, MarkerAnchor, MarkerDetection, MarkerState, MarkerTracking, PoseCandidates, TrackingError,
+    WorldOrigin, find_markers,
+};
+use crate::camera::{ArCamera, CameraFrame};
+use bevy::prelude::*;
+use std::time::Instant;
+
+pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<MarkerAnchor>>) {
+    for (entity, anchor) in &anchors {
+        if let Err(error) = anchor.check() {
+            error!("MarkerAnchor of {entity}: {error}");
+        }
+    }
+}
+
+type NewFrame = (Entity, &'static ArCamera, &'static CameraFrame);
+
+pub(super) fn detect_markers(
+    mut commands: Commands,
+    detection: Option<ResMut<MarkerDetection>>,
+    cameras: Query<NewFrame, Changed<CameraFrame>>,
+    anchors: Query<&MarkerAnchor>,
+) {
+    if cameras.is_empty() {
+        return;
+    }
+    let Some(mut detection) = detection else {
+        if !anchors.is_empty() {
+            warn_once!("{}", TrackingError::NoDetector);
+        }
+        return;
+    };
+    let wanted: Vec<u32> = anchors.iter().map(|anchor| anchor.id).collect();
+    for (camera, ar_camera, frame) in &cameras {
+        if ar_camera.intrinsics.is_none() && !wanted.is_empty() {
+            warn_once!("ArCamera {camera} has no intrinsics: poses are measured with an assumed field of view of 60°");
+        }
+        let started = Instant::now();
+        let markers = find_markers(&mut *detection.0, &frame.pixels, &wanted);
+        let detected = DetectedMarkers { sequence: frame.sequence, markers, cpu_time: started.elapsed() };
+        commands.entity(camera).insert(detected);
+    }
+}
+
+type TrackedAnchor = (Ref<'static, MarkerAnchor>, &'static mut MarkerTracking);
+
+pub(super) fn estimate_poses(
+    cameras: Query<(&ArCamera, &CameraFrame, Ref<DetectedMarkers>)>,
+    mut anchors: Query<TrackedAnchor>,
+) {
+    // Several AR cameras need an anchor each; the first one leads.
+    let Some((ar_camera, frame, detected)) = cameras.iter().next() else {
+        return;
+    };
+    let intrinsics = ar_camera.intrinsics_for(frame.pixels.size);
+    for (anchor, mut tracking) in &mut anchors {
+        if !(detected.is_changed() || anchor.is_changed()) || anchor.check().is_err() {
+            continue;
+        }
+        let candidates = detected
+            .markers
+            .iter()
+            .find(|marker| marker.id == anchor.id)
+            .and_then(|marker| PoseCandidates::from_corners(&marker.corners, &intrinsics, anchor.size.into()));
+        tracking.candidates = candidates;
+        match candidates {
+            Some(candidates) => {
+                let pose = candidates.choose(tracking.camera_from_marker.as_ref());
+                tracking.state = MarkerState::Tracked;
+                tracking.camera_from_marker = Some(pose.camera_from_marker);
+                tracking.reprojection_error = pose.reprojection_error;
+                tracking.last_seen = Some(detected.sequence);
+            }
+            None if tracking.camera_from_marker.is_some() => tracking.state = MarkerState::Lost,
+            None => tracking.state = MarkerState::Searching,
+        }
+    }
+}
+
+type PosedAnchor = (Entity, &'static MarkerTracking, Has<WorldOrigin>);
+
+pub(super) fn apply_poses(
+    mut commands: Commands,
+    cameras: Query<Entity, (With<ArCamera>, With<DetectedMarkers>)>,
+    anchors: Query<PosedAnchor, With<MarkerAnchor>>,
+    parents: Query<&ChildOf>,
+    transforms: Query<&Transform>,
+    global: TransformHelper,
+) {
+    let Some(camera) = cameras.iter().next() else {
+        return;
+    };
+    let world_from = |entity: Entity| global.compute_global_transform(entity).ok().map(|t| t.to_isometry());
+    let mut place = |entity: Entity, world_from_entity: Isometry3d| {
+        let world_from_parent = parents.get(entity).ok().and_then(|parent| world_from(parent.parent()));
+        let local = world_from_parent.unwrap_or_default().inverse() * world_from_entity;
+        if let Ok(transform) = transforms.get(entity) {
+            let placed = Transform { scale: transform.scale, ..Transform::from_isometry(local) };
+            if *transform != placed {
+                commands.entity(entity).insert(placed);
+            }
+        }
+    };
+    let mut origins: Vec<_> = anchors.iter().filter(|(.., is_origin)| *is_origin).collect();
+    origins.sort_by_key(|(entity, ..)| *entity);
+    if origins.len() > 1 {
+        warn_once!("{} anchors have WorldOrigin; only {} is the origin of the world", origins.len(), origins[0].0);
+    }
+    let mut world_from_camera = world_from(camera);
+    if let Some((origin, tracking, _)) = origins.first()
+        && let (Some(pose), Some(world_from_anchor)) = (tracking.camera_from_marker, world_from(*origin))
+    {
+        let moved = world_from_anchor * pose.inverse();
+        place(camera, moved);
+        world_from_camera = Some(moved);
+    }
+    let origin = origins.first().map(|(entity, ..)| *entity);
+    for (anchor, tracking, _) in anchors.iter().filter(|(entity, ..)| Some(*entity) != origin) {
+        if let (MarkerState::Tracked, Some(pose), Some(camera)) =
+            (tracking.state, tracking.camera_from_marker, world_from_camera)
+        {
+            place(anchor, camera * pose);
+        }
+    }
+}
