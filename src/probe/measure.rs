@@ -2,7 +2,7 @@
 
 use super::{
     BallView, ClipRecovery, Ellipse, LightProbeSphere, UniformSky,
-    recovery::{self, SplitIrradiance},
+    recovery::{self, PaperAndBall},
 };
 use crate::{
     camera::{ArCamera, CameraFrame, FramePixels, Intrinsics},
@@ -135,15 +135,15 @@ impl Observer<'_> {
             .and_then(|(pose, size)| recovery::paper_radiance(self.frame, self.intrinsics, &pose, size));
         let up_camera = self.seen_marker.map(|(pose, _)| pose.transform_vector3(Vec3::Y).normalize());
         if let (true, Some(paper), Some(up_camera)) = (clip_recovery.is_enabled, measured.paper, up_camera) {
-            let split = SplitIrradiance::at(
-                up_camera,
-                self.frame,
-                self.intrinsics,
-                &ball,
+            let view = PaperAndBall {
+                frame: self.frame,
+                intrinsics: self.intrinsics,
+                ball: &ball,
                 reflectance,
-                &self.camera_from_world,
-            );
-            measured.gain = split.gain(paper, clip_recovery);
+                camera_from_world: &self.camera_from_world,
+                normal_camera: up_camera,
+            };
+            measured.gain = view.gain(paper, clip_recovery);
         }
         let gray = |paper: Vec3| Vec3::splat(paper.element_sum() / (3.0 * clip_recovery.paper_reflectance));
         measured.view = Some(ProbeView {
@@ -180,7 +180,7 @@ fn clipped_share(frame: &FramePixels, outline: &Ellipse) -> f32 {
         for x in low.x..=high.x {
             if outline.contains(Vec2::new(x as f32 + 0.5, y as f32 + 0.5)) {
                 all += 1;
-                clipped += u32::from(frame.rgb8(x, y).into_iter().any(|value| value >= recovery::CLIPPED_FROM));
+                clipped += u32::from(recovery::is_clipped(frame, x, y));
             }
         }
     }

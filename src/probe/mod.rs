@@ -24,6 +24,7 @@
 //! One compute dispatch of 6 · size² threads with 4 · 4 texel reads each; on the CPU 12 000 picture lookups per new picture
 //! for the recovery.
 
+mod cube_directions;
 mod measure;
 mod mirror_ball;
 mod recovery;
@@ -32,6 +33,8 @@ mod unwrap_pass;
 pub use measure::ProbeMeasurement;
 pub use mirror_ball::{BallView, Ellipse};
 pub use recovery::ClipRecovery;
+
+pub(crate) use cube_directions::cube_directions;
 
 use crate::MirrorballSystems;
 use bevy::{

@@ -1,8 +1,9 @@
 //! How much brighter than white the clipped pixels of a ball are, from the brightness of the marker's paper.
 
-use super::BallView;
+use super::{BallView, cube_directions};
 use crate::camera::{FramePixels, Intrinsics, srgb_to_linear};
 use bevy::{math::Affine3A, prelude::*};
+use std::f32::consts::PI;
 
 /// Recovery of light the camera clipped; on the entity of a [`LightProbeSphere`](super::LightProbeSphere).
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
@@ -24,95 +25,134 @@ impl Default for ClipRecovery {
 
 /// sRGB bytes from here on count as clipped; one step of noise below white still does.
 pub(super) const CLIPPED_FROM: u8 = 254;
-/// Clipped irradiance below this share of what the paper says cannot be told from noise; the gain is then 1.
-const LEAST_CLIPPED_SHARE: f32 = 1e-3;
+/// A clipped channel is taken for at most this many times the brightest channel of the pixel that is not clipped: lamps and
+/// skies are not more saturated, and a pixel that clips in one channel only is no lamp.
+pub(super) const MOST_SATURATION: f32 = 4.0;
+/// A pixel with a clipped channel and at least this luminance is clipped in all channels: webcams compress color more than
+/// brightness, and the edge of a white lamp comes out tinted.
+pub(super) const WHITE_FROM: f32 = 0.94;
+/// Weights of linear red, green and blue in luminance (ITU-R BT.709).
+const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 /// The picture of the ball ends this many pixels inside its silhouette, where pixels begin to mix with the background.
 pub(super) const EDGE_MARGIN_PIXELS: f32 = 1.5;
 /// Directions are looked up on a cube with this many cells along an edge (1.4° each, as fine as a ball 80 pixels wide).
 const CUBE_EDGE: u32 = 64;
 
-/// Irradiance at a surface divided by π, split by whether the camera had clipped what it came from.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct SplitIrradiance {
-    pub unclipped: Vec3,
-    pub clipped: Vec3,
+/// Irradiance ÷ π at a surface as a function of the gain on clipped pixels, one channel.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Irradiance {
+    unclipped: f32,
+    /// Clipped parts: the gain from which on they stop to grow, and what they add per unit of gain. Sorted.
+    clipped: Vec<(f32, f32)>,
 }
 
-impl SplitIrradiance {
-    /// Cosine-weighted sum over the hemisphere about a normal (camera space) of what the ball shows.
-    pub(super) fn at(
-        normal_camera: Vec3,
-        frame: &FramePixels,
-        intrinsics: &Intrinsics,
-        ball: &BallView,
-        reflectance: f32,
-        camera_from_world: &Affine3A,
-    ) -> Self {
-        let edge_angle = ball.edge_angle(intrinsics, EDGE_MARGIN_PIXELS);
-        let mut sum = Self::default();
-        let mut weight_sum = 0.0;
+impl Irradiance {
+    /// The gain at which the irradiance is what is wanted; at least 1.
+    ///
+    /// The irradiance grows with the gain piecewise linearly, ever more slowly; the pieces are walked until it is reached.
+    fn gain_for(&self, wanted: f32, most: f32) -> f32 {
+        let mut slope: f32 = self.clipped.iter().map(|(_, part)| part).sum();
+        let mut reached = self.unclipped + slope;
+        let mut gain = 1.0;
+        for &(limit, part) in &self.clipped {
+            if reached >= wanted || limit >= most {
+                break;
+            }
+            let at_limit = reached + slope * (limit - gain);
+            if at_limit >= wanted {
+                break;
+            }
+            (reached, gain, slope) = (at_limit, limit, slope - part);
+        }
+        if reached >= wanted {
+            return gain;
+        }
+        // What is left of the slope after subtractions may be rounding error; then no gain would be enough.
+        if slope > 1e-6 * wanted { (gain + (wanted - reached) / slope).min(most) } else { gain }
+    }
+}
+
+/// Where the recovery looks.
+pub(super) struct PaperAndBall<'a> {
+    pub(super) frame: &'a FramePixels,
+    pub(super) intrinsics: &'a Intrinsics,
+    pub(super) ball: &'a BallView,
+    /// Share of light the ball mirrors.
+    pub(super) reflectance: f32,
+    pub(super) camera_from_world: &'a Affine3A,
+    /// Normal of the paper, camera space.
+    pub(super) normal_camera: Vec3,
+}
+
+impl PaperAndBall<'_> {
+    /// Gain on clipped light per channel at which the ball explains the paper's radiance.
+    pub(super) fn gain(&self, paper: Vec3, recovery: &ClipRecovery) -> Vec3 {
+        let wanted = paper / recovery.paper_reflectance;
+        let channels = self.irradiance();
+        Vec3::from_array(std::array::from_fn(|c| channels[c].gain_for(wanted[c], recovery.max_gain)))
+    }
+
+    /// Cosine-weighted sum over the hemisphere about the paper's normal of what the ball shows.
+    fn irradiance(&self) -> [Irradiance; 3] {
+        let edge_angle = self.ball.edge_angle(self.intrinsics, EDGE_MARGIN_PIXELS);
+        let mut channels = [const { Irradiance { unclipped: 0.0, clipped: Vec::new() } }; 3];
         for (dir_world, solid_angle) in cube_directions(CUBE_EDGE) {
-            let dir_camera = camera_from_world.transform_vector3(dir_world);
-            let weight = normal_camera.dot(dir_camera) * solid_angle;
+            let dir_camera = self.camera_from_world.transform_vector3(dir_world);
+            let weight = self.normal_camera.dot(dir_camera) * solid_angle / (PI * self.reflectance);
             if weight <= 0.0 {
                 continue;
             }
-            weight_sum += weight;
-            if let Some(pixel) = intrinsics.project(ball.surface_point(dir_camera, edge_angle)) {
-                let (unclipped, clipped) = sample_split(frame, pixel);
-                sum.unclipped += unclipped * weight;
-                sum.clipped += clipped * weight;
+            if let Some(pixel) = self.intrinsics.project(self.ball.surface_point(dir_camera, edge_angle)) {
+                self.add_bilinear(&mut channels, pixel, weight);
             }
         }
-        let scale = 1.0 / (weight_sum * reflectance);
-        Self { unclipped: sum.unclipped * scale, clipped: sum.clipped * scale }
+        for channel in &mut channels {
+            channel.clipped.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        channels
     }
 
-    /// Gain on clipped light per channel that makes the whole equal to what the paper's radiance says.
-    pub(super) fn gain(&self, paper: Vec3, recovery: &ClipRecovery) -> Vec3 {
-        let wanted = paper / recovery.paper_reflectance;
-        let gain = |channel: usize| {
-            if self.clipped[channel] < LEAST_CLIPPED_SHARE * wanted[channel] || self.clipped[channel] <= 0.0 {
-                return 1.0;
+    fn add_bilinear(&self, channels: &mut [Irradiance; 3], pixel: Vec2, weight: f32) {
+        let corner = (pixel - 0.5).floor();
+        let t = pixel - 0.5 - corner;
+        let (x, y) = (corner.x as i32, corner.y as i32);
+        let shares = [(1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y];
+        for (share, (dx, dy)) in shares.into_iter().zip([(0, 0), (1, 0), (0, 1), (1, 1)]) {
+            let value = self.frame.linear(x + dx, y + dy);
+            let limits = gain_limits(value);
+            for (c, channel) in channels.iter_mut().enumerate() {
+                let part = weight * share * value[c];
+                match limits[c] {
+                    Some(limit) => channel.clipped.push((limit, part)),
+                    None => channel.unclipped += part,
+                }
             }
-            ((wanted[channel] - self.unclipped[channel]) / self.clipped[channel]).clamp(1.0, recovery.max_gain)
-        };
-        Vec3::new(gain(0), gain(1), gain(2))
+        }
     }
 }
 
-/// Centers and solid angles (steradian) of the cells of a cube map, in an unspecified order.
-fn cube_directions(edge: u32) -> impl Iterator<Item = (Vec3, f32)> {
-    let cell = 2.0 / edge as f32;
-    (0..6 * edge * edge).map(move |i| {
-        let (face, row, column) = (i / (edge * edge), i / edge % edge, i % edge);
-        let (a, b) = ((column as f32 + 0.5) * cell - 1.0, (row as f32 + 0.5) * cell - 1.0);
-        let sign = if face % 2 == 0 { 1.0 } else { -1.0 };
-        let pos = match face / 2 {
-            0 => Vec3::new(sign, a, b),
-            1 => Vec3::new(a, sign, b),
-            _ => Vec3::new(a, b, sign),
-        };
-        let length = pos.length();
-        (pos / length, cell * cell / (length * length * length))
-    })
+/// For each clipped channel of a pixel, the largest gain it may get. Twin of `recovered` in unwrap_pass.wgsl.
+fn gain_limits(linear: Vec3) -> [Option<f32>; 3] {
+    let channels = linear.to_array();
+    if linear.max_element() < clipped_from_linear() {
+        return [None; 3];
+    }
+    if linear.dot(LUMINANCE) >= WHITE_FROM {
+        return [Some(f32::INFINITY); 3];
+    }
+    let unclipped = channels.into_iter().filter(|&value| value < clipped_from_linear());
+    let most = MOST_SATURATION * unclipped.fold(0.0, f32::max);
+    channels.map(|value| (value >= clipped_from_linear()).then(|| (most / value).max(1.0)))
 }
 
-/// Bilinear lookup at a pixel position, in linear camera units, split by whether the four pixels are clipped.
-fn sample_split(frame: &FramePixels, pixel: Vec2) -> (Vec3, Vec3) {
-    let corner = (pixel - 0.5).floor();
-    let t = pixel - 0.5 - corner;
-    let (x, y) = (corner.x as i32, corner.y as i32);
-    let (mut unclipped, mut clipped) = (Vec3::ZERO, Vec3::ZERO);
-    for (dx, dy, weight) in
-        [(0, 0, (1.0 - t.x) * (1.0 - t.y)), (1, 0, t.x * (1.0 - t.y)), (0, 1, (1.0 - t.x) * t.y), (1, 1, t.x * t.y)]
-    {
-        for (channel, value) in frame.rgb8(x + dx, y + dy).into_iter().enumerate() {
-            let part = if value >= CLIPPED_FROM { &mut clipped } else { &mut unclipped };
-            part[channel] += weight * srgb_to_linear(value);
-        }
-    }
-    (unclipped, clipped)
+/// Linear values from here on are clipped: halfway below the first clipped code, so that rounding cannot miss it.
+pub(super) fn clipped_from_linear() -> f32 {
+    0.5 * (srgb_to_linear(CLIPPED_FROM - 1) + srgb_to_linear(CLIPPED_FROM))
+}
+
+/// Whether the camera could not tell how bright a pixel is.
+pub(super) fn is_clipped(frame: &FramePixels, x: i32, y: i32) -> bool {
+    frame.rgb8(x, y).into_iter().any(|value| value >= CLIPPED_FROM)
 }
 
 /// Radiance of a marker's white paper, in linear camera units: the median over the white margin around the black square.
@@ -159,28 +199,47 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_cells_of_a_cube_cover_the_sphere() {
-        let total: f32 = cube_directions(CUBE_EDGE).map(|(_, solid_angle)| solid_angle).sum();
-        assert!((total - 4.0 * std::f32::consts::PI).abs() < 5e-3, "{total}");
+    fn the_gain_explains_the_paper() {
+        let lamp = Irradiance { unclipped: 0.2, clipped: vec![(f32::INFINITY, 0.1)] };
+        assert!((lamp.gain_for(1.0, 1000.0) - 8.0).abs() < 1e-5);
+        assert_eq!(lamp.gain_for(0.25, 1000.0), 1.0, "the paper is darker than the ball says");
+        assert_eq!(lamp.gain_for(1e6, 1000.0), 1000.0);
+        let nothing_clipped = Irradiance { unclipped: 0.2, clipped: vec![] };
+        assert_eq!(nothing_clipped.gain_for(1.0, 1000.0), 1.0);
+        // Up to gain 2 both parts grow (to 0.2 + 0.4), from there only the lamp.
+        let wall_and_lamp = Irradiance { unclipped: 0.2, clipped: vec![(2.0, 0.1), (f32::INFINITY, 0.1)] };
+        assert!((wall_and_lamp.gain_for(0.8, 1000.0) - 4.0).abs() < 1e-5);
     }
 
     #[test]
-    fn the_gain_explains_the_paper() {
-        let split = SplitIrradiance { unclipped: Vec3::new(0.2, 0.1, 0.3), clipped: Vec3::new(0.1, 0.0, 0.2) };
-        let paper = Vec3::new(0.8, 0.4, 0.32);
-        let gain = split.gain(paper, &ClipRecovery::default());
-        // (0.8 / 0.8 - 0.2) / 0.1; nothing clipped; (0.32 / 0.8 - 0.3) / 0.2 is below 1.
-        assert!(gain.abs_diff_eq(Vec3::new(8.0, 1.0, 1.0), 1e-5), "{gain}");
+    fn a_pixel_clipped_in_one_channel_stays_near_the_others() {
+        let orange = Vec3::new(1.0, 0.5, 0.1);
+        assert_eq!(gain_limits(orange), [Some(MOST_SATURATION * 0.5), None, None]);
+        assert_eq!(gain_limits(Vec3::new(0.9, 0.95, 0.98)), [None; 3]);
+    }
+
+    #[test]
+    fn the_tinted_rim_of_a_white_lamp_is_clipped_in_all_channels() {
+        let rim = Vec3::new(srgb_to_linear(255), srgb_to_linear(250), srgb_to_linear(219));
+        assert_eq!(gain_limits(rim), [Some(f32::INFINITY); 3]);
     }
 
     #[test]
     fn a_gray_room_lights_a_surface_with_its_own_radiance() {
         let size = UVec2::new(200, 200);
         let frame = FramePixels::new(size, [188, 188, 188, 255].repeat(40_000)).expect("fits");
-        let intrinsics = Intrinsics::from_horizontal_fov(size, 0.4);
         let ball = BallView::new(Vec3::new(0.0, 0.0, -0.5), 0.05).expect("in front");
-        let split = SplitIrradiance::at(Vec3::Y, &frame, &intrinsics, &ball, 0.5, &Affine3A::IDENTITY);
-        assert!(split.unclipped.abs_diff_eq(Vec3::splat(2.0 * srgb_to_linear(188)), 1e-3), "{split:?}");
-        assert_eq!(split.clipped, Vec3::ZERO);
+        let view = PaperAndBall {
+            frame: &frame,
+            intrinsics: &Intrinsics::from_horizontal_fov(size, 0.4),
+            ball: &ball,
+            reflectance: 0.5,
+            camera_from_world: &Affine3A::IDENTITY,
+            normal_camera: Vec3::Y,
+        };
+        for channel in view.irradiance() {
+            assert!((channel.unclipped - 2.0 * srgb_to_linear(188)).abs() < 2e-3, "{}", channel.unclipped);
+            assert!(channel.clipped.is_empty());
+        }
     }
 }

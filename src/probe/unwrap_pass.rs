@@ -1,10 +1,11 @@
 //! Camera picture of a mirrored ball → environment cube, one compute dispatch before all cameras.
 
-use super::{EnvironmentCube, ProbeMeasurement, measure::ProbeView, recovery::CLIPPED_FROM};
-use crate::{
-    MirrorballPasses,
-    camera::{FrameTexture, srgb_to_linear},
+use super::{
+    EnvironmentCube, ProbeMeasurement,
+    measure::ProbeView,
+    recovery::{self, MOST_SATURATION, WHITE_FROM},
 };
+use crate::{MirrorballPasses, camera::FrameTexture};
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
     core_pipeline::schedule::camera_driver,
@@ -64,6 +65,8 @@ struct UnwrapUniform {
     center: Vec2,
     gain: Vec4,
     up_camera: Vec3,
+    most_saturation: f32,
+    white_from: f32,
     uniform_radiance: Vec3,
     clipped_from: f32,
 }
@@ -82,9 +85,10 @@ impl From<&ProbeView> for UnwrapUniform {
             center: view.center,
             gain: view.gain.extend(if view.uniform_radiance.is_some() { 1.0 } else { 0.0 }),
             up_camera: view.up_camera,
+            most_saturation: MOST_SATURATION,
+            white_from: WHITE_FROM,
             uniform_radiance: view.uniform_radiance.unwrap_or_default(),
-            // Halfway below the first clipped code, so that the GPU's own sRGB rounding cannot miss it.
-            clipped_from: 0.5 * (srgb_to_linear(CLIPPED_FROM - 1) + srgb_to_linear(CLIPPED_FROM)),
+            clipped_from: recovery::clipped_from_linear(),
         }
     }
 }

@@ -14,6 +14,10 @@ struct Unwrap {
     gain: vec4f,
     /// Normal of the marker's paper, camera space.
     up_camera: vec3f,
+    /// Largest factor between a clipped channel and the brightest other one.
+    most_saturation: f32,
+    /// Luminance from which a pixel with a clipped channel is clipped in all.
+    white_from: f32,
     uniform_radiance: vec3f,
     /// Linear values from here on are clipped.
     clipped_from: f32,
@@ -31,10 +35,21 @@ const RING: u32 = 8u;
 /// The largest value stored; far below the 65504 of half floats, so that sums of a few texels still fit.
 const MAX_RADIANCE: f32 = 60000.0;
 
+/// A pixel with its clipped channels multiplied, but none beyond what its other channels make likely. Twin of `gain_limits`
+/// in recovery.rs.
 fn recovered(pixel: vec2i, gain: vec3f) -> vec3f {
     let size = vec2i(textureDimensions(frame));
     let value = textureLoad(frame, clamp(pixel, vec2i(0), size - 1), 0).rgb;
-    return select(value, value * gain, value >= vec3f(unwrap.clipped_from));
+    let is_clipped = value >= vec3f(unwrap.clipped_from);
+    if !any(is_clipped) {
+        return value;
+    }
+    if dot(value, vec3f(0.2126, 0.7152, 0.0722)) >= unwrap.white_from {
+        return value * gain;
+    }
+    let unclipped = select(value, vec3f(0.0), is_clipped);
+    let most = unwrap.most_saturation * max(unclipped.r, max(unclipped.g, unclipped.b));
+    return select(value, clamp(value * gain, value, max(vec3f(most), value)), is_clipped);
 }
 
 /// Bilinear lookup; the gain is applied to each pixel, before pixels are mixed.

@@ -1,5 +1,6 @@
 //! The directions of a dome, the part of the sphere each stands for, and the box their shadow maps look at.
 
+use crate::probe::cube_directions;
 use bevy::prelude::*;
 
 /// Golden angle in radians: successive points of a Fibonacci lattice are this far apart in azimuth.
@@ -39,7 +40,7 @@ impl Cells {
     /// Gives every patch of the sphere to the direction nearest to it.
     pub(super) fn new(directions: &[Vec3]) -> Self {
         let mut by_direction: Vec<Vec<Vec4>> = vec![Vec::new(); directions.len()];
-        for (patch, solid_angle) in patches() {
+        for (patch, solid_angle) in cube_directions(CELL_CUBE_EDGE) {
             let nearest =
                 (0..directions.len()).max_by(|&a, &b| directions[a].dot(patch).total_cmp(&directions[b].dot(patch)));
             if let Some(nearest) = nearest {
@@ -54,22 +55,6 @@ impl Cells {
         }
         cells
     }
-}
-
-fn patches() -> impl Iterator<Item = (Vec3, f32)> {
-    let edge = CELL_CUBE_EDGE;
-    let cell = 2.0 / edge as f32;
-    (0..6 * edge * edge).map(move |i| {
-        let (face, row, column) = (i / (edge * edge), i / edge % edge, i % edge);
-        let (a, b) = ((column as f32 + 0.5) * cell - 1.0, (row as f32 + 0.5) * cell - 1.0);
-        let sign = if face % 2 == 0 { 1.0 } else { -1.0 };
-        let pos = match face / 2 {
-            0 => Vec3::new(sign, a, b),
-            1 => Vec3::new(a, sign, b),
-            _ => Vec3::new(a, b, sign),
-        };
-        (pos.normalize(), cell * cell / pos.length().powi(3))
-    })
 }
 
 /// Sphere around all casters.
