@@ -19,9 +19,10 @@ const SHARP_DEGREES: f32 = 0.3;
 const CLIP_DEGREES: f32 = 0.5;
 /// Translation error as a share of the camera's distance. The width of an edge's blur is about this share of the marker.
 const DISTANCE_SHARE: f32 = 0.01;
-/// Corners against ViSP's, in pixels (measured: 0.40). ViSP looked for them in gamma-coded pixels, where blurred edges move.
+/// Corners against those that came with the photograph, in pixels (measured: 0.40). They were found in gamma-coded pixels,
+/// where blurred edges move.
 const VISP_PIXELS: f64 = 0.6;
-/// Rotation against ViSP's, which was measured from those corners (measured: 0.23°).
+/// Rotation against the poses that came with it, which follow from those corners (measured: 0.23°).
 const VISP_DEGREES: f32 = 0.5;
 
 /// How far a pose is from the truth.
