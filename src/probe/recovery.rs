@@ -51,7 +51,8 @@ impl Irradiance {
     ///
     /// The irradiance grows with the gain piecewise linearly, ever more slowly; the pieces are walked until it is reached.
     fn gain_for(&self, wanted: f32, most: f32) -> f32 {
-        let mut slope: f32 = self.clipped.iter().map(|(_, part)| part).sum();
+        let first_slope: f32 = self.clipped.iter().map(|(_, part)| part).sum();
+        let mut slope = first_slope;
         let mut reached = self.unclipped + slope;
         let mut gain = 1.0;
         for &(limit, part) in &self.clipped {
@@ -68,7 +69,7 @@ impl Irradiance {
             return gain;
         }
         // What is left of the slope after subtractions may be rounding error; then no gain would be enough.
-        if slope > 1e-6 * wanted { (gain + (wanted - reached) / slope).min(most) } else { gain }
+        if slope > 1e-5 * first_slope { (gain + (wanted - reached) / slope).min(most) } else { gain }
     }
 }
 
