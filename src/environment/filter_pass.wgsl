@@ -45,7 +45,7 @@ struct Convolve {
 struct Block {
     /// Radiance × solid angle, and unused.
     light: vec4f,
-    /// Mean direction weighted by luminance; shorter than 1 where the light is spread.
+    /// Mean direction weighted by luminance, shorter than 1 where the light is spread; w: half the width of that spread.
     centroid: vec4f,
 }
 
@@ -114,7 +114,17 @@ fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
         weight_sum += luminance;
     }
     let centroid = select(normalize(plain), moment / max(weight_sum, 1e-20), weight_sum > 1e-20);
-    blocks[(id.z * BLOCK_EDGE + id.y) * BLOCK_EDGE + id.x] = Block(vec4f(light, 0.0), vec4f(centroid, 0.0));
+    // Evenly spread over ±w along each of two axes, unit vectors have a mean of squared length 1 − 2w²/3.
+    let spread = sqrt(max(1.5 * (1.0 - dot(centroid, centroid)), 0.0));
+    blocks[(id.z * BLOCK_EDGE + id.y) * BLOCK_EDGE + id.x] = Block(vec4f(light, 0.0), vec4f(centroid, spread));
+}
+
+/// Mean of the positive part of the cosine over a block: a block on the horizon lights with the part of it that has risen.
+fn mean_cosine(normal: vec3f, block: Block) -> f32 {
+    let cosine = dot(normal, block.centroid.xyz);
+    let spread = block.centroid.w;
+    let risen = cosine + spread;
+    return select(max(cosine, 0.0), risen * risen / (4.0 * spread), abs(cosine) < spread);
 }
 
 /// Irradiance ÷ π for each direction of the output: the cosine-weighted sum of all blocks.
@@ -127,7 +137,7 @@ fn diffuse(@builtin(global_invocation_id) id: vec3u) {
     let normal = face_direction(id.z, face_position(id.xy, edge));
     var sum = vec3f(0.0);
     for (var i = 0u; i < 6u * BLOCK_EDGE * BLOCK_EDGE; i++) {
-        sum += blocks[i].light.rgb * max(dot(normal, blocks[i].centroid.xyz), 0.0);
+        sum += blocks[i].light.rgb * mean_cosine(normal, blocks[i]);
     }
     textureStore(output, id.xy, id.z, vec4f(sum / PI, 1.0));
 }

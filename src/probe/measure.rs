@@ -58,14 +58,14 @@ type ProbeItem = (
     Ref<'static, LightProbeSphere>,
     Ref<'static, ClipRecovery>,
     &'static GlobalTransform,
-    Option<&'static UniformSky>,
+    Option<Ref<'static, UniformSky>>,
     &'static mut ProbeMeasurement,
 );
 
 pub(super) fn measure_probes(
     mut probes: Query<ProbeItem>,
     cameras: Query<(Entity, &ArCamera, &CameraFrame, &GlobalTransform)>,
-    anchors: Query<(&MarkerAnchor, &MarkerTracking)>,
+    anchors: Query<(Ref<MarkerAnchor>, Ref<MarkerTracking>)>,
 ) {
     let Some((camera, ar_camera, frame, camera_transform)) = cameras.iter().next() else {
         return;
@@ -76,16 +76,22 @@ pub(super) fn measure_probes(
         let fresh = tracking.last_seen == Some(frame.sequence);
         tracking.camera_from_marker.filter(|_| fresh).map(|pose| (Affine3A::from(pose), anchor.size))
     });
+    let marker_changed = anchors.iter().any(|(anchor, tracking)| anchor.is_changed() || tracking.is_changed());
     for (probe, clip_recovery, transform, uniform_sky, mut measurement) in &mut probes {
         let center_camera = camera_from_world.transform_point3(transform.translation());
+        // Out of view, the last view is kept: it must not be taken for the present one when the ball comes back.
         let unchanged = measurement.sequence == frame.sequence
+            && measurement.is_in_view
+            && !marker_changed
             && !probe.is_changed()
             && !clip_recovery.is_changed()
+            && !uniform_sky.as_ref().is_some_and(|sky| sky.is_changed())
             && measurement.view.is_some_and(|view| {
                 view.camera == camera
                     && view.center_camera == center_camera
                     && view.camera_from_world == Mat3::from(camera_from_world.matrix3)
                     && view.focal == intrinsics.focal
+                    && view.center == intrinsics.center
                     && view.uniform_radiance.is_some() == uniform_sky.is_some()
             });
         if unchanged {
@@ -94,7 +100,7 @@ pub(super) fn measure_probes(
         let started = Instant::now();
         let observer =
             Observer { camera, frame: &frame.pixels, intrinsics: &intrinsics, camera_from_world, seen_marker };
-        let measured = observer.measure(&probe, &clip_recovery, center_camera, uniform_sky);
+        let measured = observer.measure(&probe, &clip_recovery, center_camera, uniform_sky.as_deref());
         let last_view = measurement.view;
         *measurement = ProbeMeasurement { sequence: frame.sequence, cpu_time: started.elapsed(), ..measured };
         // Out of view is a state: the environment keeps what was seen last.
