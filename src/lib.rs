@@ -1,15 +1,76 @@
 //! Live, measured light from the real world for Bevy.
+//!
+//! A camera sees a printed marker and a mirrored ball. The marker tells where the camera is, the picture of the ball becomes an
+//! environment map, and virtual objects are lit by it, mirror it, and cast soft colored shadows on each other and on the real
+//! things in the picture.
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use bevy_mirrorball::prelude::*;
+//!
+//! App::new()
+//!     .add_plugins((DefaultPlugins, MirrorballPlugins))
+//!     .add_systems(Startup, |mut commands: Commands, assets: Res<AssetServer>| {
+//!         // A scene authored with glTF extras: marker, ball, phantoms and dome are all in it.
+//!         commands.spawn(WorldAssetRoot(assets.load(GltfAssetLabel::Scene(0).from_asset("desk/desk.glb"))));
+//!         commands.spawn((
+//!             ArCamera::new(Intrinsics::from_horizontal_fov(UVec2::new(640, 480), 0.98)),
+//!             CameraFeed::picture("assets/desk/photo.jpg"),
+//!         ));
+//!     })
+//!     .run();
+//! ```
+//!
+//! # Data flow
+//!
+//! ```text
+//!  picture ──► camera ──┬─► tracking ──► camera pose / anchor transforms
+//!                       │        │                        │
+//!                       │        │ paper brightness       │ place of the ball
+//!                       │        ▼                        ▼
+//!                       ├──────► probe ─── raw cube ──► environment ── diffuse + glossy maps ──► every StandardMaterial
+//!                       │                    │
+//!  glTF ──► authoring ──┼─► stage            ▼
+//!                       │     └─ casters ─► shadows ── depth atlas + weight per direction
+//!                       │                    │
+//!                       └─ background        ▼
+//!                             └──────────► materials ── phantoms: camera × ratio;  virtual: diffuse × ratio
+//! ```
+//!
+//! The modules are the stages in this order; each one's documentation says what enters, what leaves, what it costs and where
+//! its limits are. A stage uses only stages above it.
+//!
+//! # Frames of reference and units
+//! World: Bevy's, right-handed, +Y up, metres. Marker: origin at the center of the black square, +X right, +Y out of the paper,
+//! +Z to the bottom edge of the marker as the AprilTag project prints it; flat on a desk it has +Y up. Camera: Bevy's, looks along
+//! −Z. Image: pixels, origin top-left, +v down, the first pixel's center at 0.5. Transforms are named `target_from_source`.
+//!
+//! Light is in *linear camera units*: 1.0 is the sensor's white, and shows as 1.0 in the frame buffer at any
+//! [`Exposure`](bevy::camera::Exposure). A white virtual surface beside white paper comes out as white as the paper.
+//!
+//! # Why does nothing happen?
+//! - *The picture is not shown:* read the camera's [`FeedState`](camera::FeedState); a file that cannot be read is an error in
+//!   the log.
+//! - *The camera does not move:* [`MarkerTracking::state`](tracking::MarkerTracking::state) stays `Searching` until the marker is
+//!   wholly in the picture, 40 pixels wide, sharp and with its white margin. One anchor needs [`WorldOrigin`](tracking::WorldOrigin).
+//! - *Objects are misplaced:* without [`ArCamera::intrinsics`](camera::ArCamera::intrinsics) a field of view of 60° is assumed.
+//! - *Objects are black:* [`ProbeMeasurement::is_in_view`](probe::ProbeMeasurement::is_in_view) says whether the ball is where
+//!   the scene says, at least 12 pixels wide.
+//! - *No shadows:* a [`ShadowDomeLight`](shadows::ShadowDomeLight) has to exist, the desk has to be a
+//!   [`PhantomObject`](stage::PhantomObject), and casters must not have `NotShadowCaster`.
+//! - *Lights are colored oddly or too strong:* lower the camera's exposure until few pixels of the ball are clipped
+//!   ([`ProbeMeasurement::clipped_share`](probe::ProbeMeasurement::clipped_share)).
 
-pub mod authoring;
+// In the order of the data flow.
 pub mod camera;
-pub mod environment;
-pub mod materials;
-pub mod offscreen;
-pub mod probe;
-pub mod shadows;
-pub mod stage;
 pub mod tracking;
-
+pub mod stage;
+pub mod probe;
+pub mod environment;
+pub mod shadows;
+pub mod materials;
+pub mod authoring;
+pub mod offscreen;
 use bevy::{app::PluginGroupBuilder, prelude::*};
 
 /// All of the crate. Add after [`DefaultPlugins`].
@@ -74,3 +135,7 @@ pub mod prelude {
         tracking::{MarkerAnchor, WorldOrigin},
     };
 }
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeCodeCompiles;
