@@ -1,0 +1,171 @@
+//! Every shader of the crate composes and validates with the definitions of the pipelines that use it, without a GPU.
+//!
+//! Bevy's own [`ShaderCache`] does the work, with the very naga and naga_oil that run in the game; it validates in builds
+//! with debug assertions, as test builds are.
+
+use bevy::{
+    prelude::*,
+    render::{
+        RenderPlugin,
+        render_resource::DownlevelFlags,
+        settings::{Backends, WgpuFeatures, WgpuSettings},
+    },
+    shader::{ShaderCache, ShaderDefVal},
+};
+use bevy_mirrorball::offscreen;
+use std::path::{Path, PathBuf};
+
+/// The shader library has arrived when this many frames of 2 ms bring nothing new.
+const QUIET_FRAMES: u32 = 100;
+
+/// What Bevy defines for each pipeline: the group of material bindings, and what a desktop GPU can do.
+fn common_defs() -> Vec<ShaderDefVal> {
+    vec![
+        ShaderDefVal::UInt("AVAILABLE_STORAGE_BUFFER_BINDINGS".into(), 8),
+        ShaderDefVal::UInt("MATERIAL_BIND_GROUP".into(), 3),
+        ShaderDefVal::UInt("MAX_DIRECTIONAL_LIGHTS".into(), 10),
+        ShaderDefVal::UInt("MAX_CASCADES_PER_LIGHT".into(), 4),
+        ShaderDefVal::UInt("TONEMAPPING_LUT_TEXTURE_BINDING_INDEX".into(), 18),
+        ShaderDefVal::UInt("TONEMAPPING_LUT_SAMPLER_BINDING_INDEX".into(), 19),
+        ShaderDefVal::Int("SCREEN_SPACE_SPECULAR_TRANSMISSION_BLUR_TAPS".into(), 8),
+    ]
+}
+
+const FORWARD: &[&str] = &[
+    "MESH_PIPELINE",
+    "VERTEX_OUTPUT_INSTANCE_INDEX",
+    "VERTEX_POSITIONS",
+    "VERTEX_NORMALS",
+    "VIEW_PROJECTION_PERSPECTIVE",
+    "SHADOW_FILTER_METHOD_GAUSSIAN",
+    "DFG_LUT",
+    "ENVIRONMENT_MAP",
+];
+const TEXTURED: &[&str] = &["VERTEX_UVS", "VERTEX_UVS_A", "VERTEX_TANGENTS", "VERTEX_COLORS"];
+const TONEMAPPED: &[&str] = &["MULTISAMPLED", "TONEMAP_IN_SHADER", "TONEMAP_METHOD_REINHARD", "MAY_DISCARD"];
+const DEFERRED: &[&str] = &[
+    "PREPASS_PIPELINE",
+    "PREPASS_FRAGMENT",
+    "VERTEX_OUTPUT_INSTANCE_INDEX",
+    "VIEW_PROJECTION_PERSPECTIVE",
+    "DEPTH_PREPASS",
+    "VERTEX_POSITIONS",
+    "VERTEX_NORMALS",
+    "NORMAL_PREPASS_OR_DEFERRED_PREPASS",
+    "MOTION_VECTOR_PREPASS_OR_DEFERRED_PREPASS",
+    "DEFERRED_PREPASS",
+];
+
+/// The definitions under which a shader is used; one empty set for those that ask for none.
+fn variants(path: &Path) -> Vec<Vec<&'static str>> {
+    let forward =
+        [vec![FORWARD], vec![FORWARD, TEXTURED], vec![FORWARD, TONEMAPPED], vec![FORWARD, TEXTURED, TONEMAPPED]];
+    let sets = match path.file_name().and_then(|name| name.to_str()) {
+        Some("image_based.wgsl") => forward.into_iter().chain([vec![DEFERRED], vec![DEFERRED, TEXTURED]]).collect(),
+        Some("phantom.wgsl") => forward.to_vec(),
+        _ => vec![vec![]],
+    };
+    sets.into_iter().map(|set| set.concat()).collect()
+}
+
+fn shader_files(dir: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(dir).expect("tests run in the package's folder");
+    let paths = entries.filter_map(|entry| entry.ok().map(|entry| entry.path()));
+    let found = paths.flat_map(|path| match path.extension() {
+        _ if path.is_dir() => shader_files(&path),
+        Some(extension) if extension == "wgsl" => vec![path],
+        _ => vec![],
+    });
+    found.collect()
+}
+
+#[derive(Resource)]
+struct KeptShader(#[expect(dead_code, reason = "keeps the asset loaded")] Handle<Shader>);
+
+/// Bevy's shader library, as an app without a renderer loads it.
+fn library() -> App {
+    let no_gpu = WgpuSettings { backends: Option::<Backends>::None, ..default() };
+    let plugins = offscreen::default_plugins().set(RenderPlugin { render_creation: no_gpu.into(), ..default() });
+    let mut app = offscreen::build_app(plugins, |_| ()).expect("nothing asks for a GPU");
+    // The only library module that is loaded by the renderer itself.
+    let fullscreen = "embedded://bevy_core_pipeline/fullscreen_vertex_shader/fullscreen.wgsl";
+    let fullscreen: Handle<Shader> = app.world().resource::<AssetServer>().load(fullscreen);
+    app.insert_resource(KeptShader(fullscreen));
+    let (mut quiet, mut known) = (0, 0);
+    while quiet < QUIET_FRAMES || known == 0 {
+        app.update();
+        std::thread::sleep(std::time::Duration::from_millis(2));
+        let count = app.world().resource::<Assets<Shader>>().len();
+        quiet = if count == known { quiet + 1 } else { 0 };
+        known = count;
+    }
+    println!("{known} shaders of the engine");
+    app
+}
+
+type Cache = ShaderCache<(), ()>;
+
+fn cache(app: &App) -> Cache {
+    let mut cache = Cache::new((), WgpuFeatures::default(), DownlevelFlags::all(), |(), _, _| Ok(()));
+    for (id, shader) in app.world().resource::<Assets<Shader>>().iter() {
+        let mut shader = shader.clone();
+        shader.shader_defs.extend(common_defs());
+        cache.set_shader(id, shader);
+    }
+    cache
+}
+
+/// What is wrong with a shader under some definitions, if anything.
+fn complaint(cache: &mut Cache, id: AssetId<Shader>, defs: &[&str]) -> Option<String> {
+    let defs: Vec<ShaderDefVal> = defs.iter().map(|def| (*def).into()).collect();
+    let error = cache.get(0, id, &defs).err()?;
+    Some(match error {
+        bevy::shader::ShaderCacheError::ProcessShaderError(error) => error.emit_to_string(&cache.composer),
+        other => other.to_string(),
+    })
+}
+
+#[test]
+fn every_shader_composes_and_validates() {
+    let mut app = library();
+    let files = shader_files(Path::new("src"));
+    assert!(!files.is_empty(), "the crate has shaders");
+    let mut shaders = app.world_mut().resource_mut::<Assets<Shader>>();
+    let own: Vec<_> = files
+        .iter()
+        .map(|path| {
+            let source = std::fs::read_to_string(path).expect("a shader is text");
+            (path, shaders.add(Shader::from_wgsl(source, path.display().to_string())))
+        })
+        .collect();
+    let mut cache = cache(&app);
+    let mut complaints = Vec::new();
+    let mut checked = 0;
+    for (path, shader) in &own {
+        for defs in variants(path) {
+            checked += 1;
+            complaints
+                .extend(complaint(&mut cache, shader.id(), &defs).map(|text| format!("{path:?} {defs:?}: {text}")));
+        }
+    }
+    println!("{} files, {checked} variants", files.len());
+    assert!(complaints.is_empty(), "{}", complaints.join("\n"));
+}
+
+#[test]
+fn a_wrong_shader_is_noticed() {
+    let mut app = library();
+    let wrong = [
+        "fn f() -> f32 { return 1u; }",
+        "#import bevy_mirrorball::nowhere::nothing\nfn f() -> f32 { return nothing(); }",
+        "#import bevy_pbr::mesh_view_bindings::view\nfn f() -> f32 { return view.no_such_field; }",
+    ];
+    let mut shaders = app.world_mut().resource_mut::<Assets<Shader>>();
+    let wrong: Vec<_> = wrong.iter().map(|text| shaders.add(Shader::from_wgsl(*text, "wrong.wgsl"))).collect();
+    let mut cache = cache(&app);
+    for shader in wrong {
+        let complaint = complaint(&mut cache, shader.id(), FORWARD);
+        println!("{complaint:?}");
+        assert!(complaint.is_some());
+    }
+}
