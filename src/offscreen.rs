@@ -1,8 +1,10 @@
 //! Rendering without a window: for tools, tests and servers.
 //!
 //! Everything in this crate runs headless, on software Vulkan too. This module saves each headless program the same thirty
-//! lines: an [`App`] without window and event loop whose shaders compile before the first frame, a texture to render into,
-//! and a way to get textures back to the CPU.
+//! lines: an [`App`] without window and event loop, a texture to render into, and a way to get textures back to the CPU.
+//!
+//! Shaders are assets that load in the background, so the first few frames of an app may lack passes: update until what you
+//! wait for has arrived.
 
 use bevy::{
     app::{PluginGroupBuilder, TerminalCtrlCHandlerPlugin},
@@ -29,7 +31,9 @@ pub enum OffscreenError {
     )]
     NoAdapter(String),
     /// A texture did not come back from the GPU.
-    #[error("a texture did not come back from the GPU within {0} frames; does it exist and has it the usage COPY_SRC?")]
+    #[error(
+        "a texture did not come back from the GPU within {0} frames; does it exist and has it the usage COPY_SRC? With logging on, Bevy may say why rendering stopped"
+    )]
     NoAnswer(u32),
 }
 
@@ -39,7 +43,7 @@ const MAX_READBACK_FRAMES: u32 = 60;
 const ROW_ALIGNMENT: usize = 256;
 
 /// Bevy's default plugins for a program without a window: no primary window, no pipelined rendering (a frame is finished
-/// when [`App::update`] returns), shaders compiled before use. Logging is left to the program, since there can be only one
+/// when [`App::update`] returns), pipelines compiled as soon as their shaders are loaded. Logging is left to the program, since there can be only one
 /// logger in a process.
 pub fn default_plugins() -> PluginGroupBuilder {
     DefaultPlugins

@@ -47,8 +47,10 @@ fn main() -> ExitCode {
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
-/// Frames drawn before the picture is taken: the first uploads, the second fills the environment, the third filters it.
-const WARM_UP_FRAMES: u32 = 4;
+/// Frames drawn before the picture is taken, in which Bevy prepares materials and pipelines.
+const WARM_UP_FRAMES: u32 = 2;
+/// Frames to wait for the environment.
+const MAX_MEASURING_FRAMES: u32 = 200;
 /// Frames to wait for the scene's assets.
 const MAX_LOADING_FRAMES: u32 = 2000;
 /// Width of the dumped environment in pixels.
@@ -81,6 +83,10 @@ fn composite(options: &Options) -> Outcome<()> {
     steps.note("track_and_measure", started.elapsed());
     check_marker_and_ball(&mut app, options)?;
 
+    let started = Instant::now();
+    let environment = wait_for_environment(&mut app)?;
+    steps.note("measure_environment", started.elapsed());
+
     if let Some(mut camera) = app.world_mut().get_mut::<Camera>(camera) {
         camera.is_active = true;
     }
@@ -97,7 +103,7 @@ fn composite(options: &Options) -> Outcome<()> {
     picture.save(&options.out).map_err(|error| format!("cannot write {}: {error}", options.out.display()))?;
 
     if let Some(path) = &options.dump_environment {
-        dump_environment(&mut app, path)?;
+        dump_environment(&mut app, &environment, path)?;
     }
     if let Some(path) = &options.report {
         let text = serde_json::to_string_pretty(&report::report(&mut app, steps))?;
@@ -200,17 +206,29 @@ fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
     Ok(())
 }
 
-fn dump_environment(app: &mut App, path: &Path) -> Outcome<()> {
+/// Shaders load in the background: updates until the ball has been unwrapped, and returns the environment.
+fn wait_for_environment(app: &mut App) -> Outcome<CubePixels> {
     let world = app.world_mut();
-    let cube = world.query::<&EnvironmentCube>().iter(world).next().ok_or("there is no environment to dump")?.0.clone();
+    let cube = world.query::<&EnvironmentCube>().iter(world).next().ok_or("there is no environment")?.0.clone();
+    for _ in 0..MAX_MEASURING_FRAMES {
+        let bytes = offscreen::read_texture(app, &cube)?;
+        let pixels =
+            CubePixels::from_rgba16f(EnvironmentCube::SIZE, &bytes).ok_or("the cube came back in the wrong size")?;
+        if pixels.texels.iter().any(|radiance| *radiance != Vec3::ZERO) {
+            return Ok(pixels);
+        }
+    }
+    Err("the ball is black in the photograph: there is no light to measure".into())
+}
+
+fn dump_environment(app: &mut App, environment: &CubePixels, path: &Path) -> Outcome<()> {
+    let world = app.world_mut();
     let world_from_marker = world
         .query_filtered::<&GlobalTransform, With<MarkerAnchor>>()
         .iter(world)
         .next()
         .map_or(Quat::IDENTITY, GlobalTransform::rotation);
-    let bytes = offscreen::read_texture(app, &cube)?;
-    let cube = CubePixels::from_rgba16f(EnvironmentCube::SIZE, &bytes).ok_or("the cube came back in the wrong size")?;
-    let pixels: Vec<image::Rgb<f32>> = cube
+    let pixels: Vec<image::Rgb<f32>> = environment
         .to_equirect(ENVIRONMENT_WIDTH, world_from_marker)
         .into_iter()
         .map(|radiance| image::Rgb(radiance.to_array()))

@@ -5,6 +5,7 @@ use crate::{
     stage::{StageRole, nearest},
 };
 use bevy::{
+    material::OpaqueRendererMethod,
     pbr::{ExtendedMaterial, MaterialExtension},
     platform::collections::HashMap,
     prelude::*,
@@ -51,6 +52,12 @@ impl MaterialExtension for DomeShadowed {
     }
 }
 
+/// The twin of a material. Always drawn forward: the deferred pass knows no shadow per color channel.
+fn extend(original: &StandardMaterial, textures: &DomeTextures) -> ImageBasedMaterial {
+    let base = StandardMaterial { opaque_render_method: OpaqueRendererMethod::Forward, ..original.clone() };
+    ImageBasedMaterial { base, extension: textures.into() }
+}
+
 /// The extended twin of each `StandardMaterial` in use; one per original, so that meshes still batch.
 #[derive(Resource, Default)]
 pub(super) struct ExtendedMaterials {
@@ -82,8 +89,7 @@ pub(super) fn follow_changes(
             continue;
         }
         if let (Some(original), Some(mut twin)) = (originals.get(*id), extended.get_mut(twin)) {
-            twin.base = original.clone();
-            twin.extension = (&*textures).into();
+            *twin = extend(original, &textures);
         }
     }
     // A twin nobody else holds on to goes with its original.
@@ -114,9 +120,7 @@ pub(super) fn adopt_materials(
         let Some(original) = originals.get(&material.0) else {
             continue;
         };
-        let twin = twins.by_original.entry(material.id()).or_insert_with(|| {
-            extended.add(ImageBasedMaterial { base: original.clone(), extension: (&*textures).into() })
-        });
+        let twin = twins.by_original.entry(material.id()).or_insert_with(|| extended.add(extend(original, &textures)));
         commands
             .entity(mesh)
             .remove::<MeshMaterial3d<StandardMaterial>>()

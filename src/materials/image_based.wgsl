@@ -1,38 +1,21 @@
 // StandardMaterial under dome shadows: the share of the environment's light that arrives scales the diffuse part.
 
 #import bevy_pbr::{
-    pbr_fragment::pbr_input_from_standard_material,
-    pbr_functions::alpha_discard,
-}
-
-#ifdef PREPASS_PIPELINE
-#import bevy_pbr::{
-    pbr_deferred_functions::deferred_output,
-    prepass_io::{FragmentOutput, VertexOutput},
-}
-#else
-#import bevy_pbr::{
     forward_io::{FragmentOutput, VertexOutput},
-    pbr_functions::{apply_pbr_lighting, main_pass_post_lighting_processing},
+    pbr_fragment::pbr_input_from_standard_material,
+    pbr_functions::{alpha_discard, apply_pbr_lighting, main_pass_post_lighting_processing},
     pbr_types::STANDARD_MATERIAL_FLAGS_UNLIT_BIT,
 }
 #import bevy_mirrorball::shadows::visibility::virtual_ratio
-#endif
 
 @fragment
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> FragmentOutput {
     var pbr_input = pbr_input_from_standard_material(in, is_front);
     pbr_input.material.base_color = alpha_discard(pbr_input.material, pbr_input.material.base_color);
-#ifdef PREPASS_PIPELINE
-    return deferred_output(in, pbr_input);
-#else
-    var out: FragmentOutput;
-    out.color = pbr_input.material.base_color;
+    var color = pbr_input.material.base_color;
     if (pbr_input.material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) == 0u {
         pbr_input.diffuse_occlusion *= virtual_ratio(in.world_position.xyz, pbr_input.N);
-        out.color = apply_pbr_lighting(pbr_input);
+        color = apply_pbr_lighting(pbr_input);
     }
-    out.color = main_pass_post_lighting_processing(pbr_input, out.color);
-    return out;
-#endif
+    return FragmentOutput(main_pass_post_lighting_processing(pbr_input, color));
 }

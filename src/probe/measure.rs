@@ -101,10 +101,17 @@ pub(super) fn measure_probes(
         let observer =
             Observer { camera, frame: &frame.pixels, intrinsics: &intrinsics, camera_from_world, seen_marker };
         let measured = observer.measure(&probe, &clip_recovery, center_camera, uniform_sky.as_deref());
-        let last_view = measurement.view;
-        *measurement = ProbeMeasurement { sequence: frame.sequence, cpu_time: started.elapsed(), ..measured };
-        // Out of view is a state: the environment keeps what was seen last.
-        measurement.view = measurement.view.or(last_view);
+        let measured = ProbeMeasurement {
+            sequence: frame.sequence,
+            cpu_time: started.elapsed(),
+            // Out of view is a state: the environment keeps what was seen last.
+            view: measured.view.or(measurement.view),
+            ..measured
+        };
+        let is_news = *measurement != ProbeMeasurement { cpu_time: measurement.cpu_time, ..measured.clone() };
+        if is_news {
+            *measurement = measured;
+        }
     }
 }
 
