@@ -22,7 +22,8 @@ pub enum CameraError {
 }
 
 /// Source of an [`ArCamera`](super::ArCamera)'s pictures.
-#[derive(Component, Clone, Debug)]
+#[derive(Component, Reflect, Clone, Debug)]
+#[reflect(opaque, Component, Debug, Clone)]
 #[require(FeedState)]
 pub struct CameraFeed {
     source: FeedSource,

@@ -43,7 +43,8 @@ impl FramePixels {
 }
 
 /// The newest picture of a camera feed; lives on the camera entity once the first one has arrived.
-#[derive(Component, Clone, Debug)]
+#[derive(Component, Reflect, Clone, Debug)]
+#[reflect(opaque, Component, Debug, Clone)]
 pub struct CameraFrame {
     /// The picture. Shared, never changed in place.
     pub pixels: Arc<FramePixels>,

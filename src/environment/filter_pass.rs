@@ -55,7 +55,7 @@ const BLOCK_BYTES: u32 = 32;
 /// Lookups per texel of a glossy level: more where texels are few and lobes wide.
 const GLOSSY_SAMPLES: [u32; 4] = [1, 32, 64, 128];
 
-/// Mirror of `Convolve` in filter_pass.wgsl.
+/// Mirror of `Convolve` in `filter_pass.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
 struct ConvolveUniform {
     roughness: f32,

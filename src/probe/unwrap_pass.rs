@@ -47,7 +47,7 @@ pub(super) fn build(app: &mut App) {
         );
 }
 
-/// Mirror of `Ball` in mirror_ball.wgsl.
+/// Mirror of `Ball` in `mirror_ball.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
 struct BallUniform {
     center_camera: Vec3,
@@ -56,7 +56,7 @@ struct BallUniform {
     reflectance: f32,
 }
 
-/// Mirror of `Unwrap` in unwrap_pass.wgsl.
+/// Mirror of `Unwrap` in `unwrap_pass.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
 struct UnwrapUniform {
     ball: BallUniform,

@@ -37,7 +37,7 @@ pub(super) fn build(app: &mut App) {
         .add_systems(RenderGraph, depth_pass.in_set(RenderGraphSystems::Render).before(camera_driver));
 }
 
-/// Mirror of `Caster` in depth_pass.wgsl.
+/// Mirror of `Caster` in `depth_pass.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
 struct CasterUniform {
     world_from_local: Mat4,

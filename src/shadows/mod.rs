@@ -9,12 +9,12 @@
 //! drawn once per mesh, instanced over the directions. Each direction has two tiles: one sees virtual casters, one phantoms,
 //! because a real shadow is in the picture already and must not be drawn again.
 //!
-//! With L(d) = environment radiance × solid angle in direction d, and V_v, V_p the visibility past virtual casters and
+//! With L(d) = environment radiance × solid angle in direction d, and `V_v`, `V_p` the visibility past virtual casters and
 //! phantoms:
 //! - a phantom shows `camera × Σ V_v·V_p·L·(n·d)₊ / Σ V_p·L·(n·d)₊`: each light takes away only its own color, what already
 //!   lies in a real shadow is not darkened twice, and where nothing virtual is in the way the picture stays untouched;
 //! - a virtual surface keeps `Σ V_v·[V_p·L + (1−V_p)·L_p]·(n·d)₊ / Σ L·(n·d)₊` of its diffuse image-based light: a phantom
-//!   that hides a direction sends its own light L_p instead (the mean of the map below the horizon).
+//!   that hides a direction sends its own light `L_p` instead (the mean of the map below the horizon).
 //!
 //! Directions below the horizon take part in the sums without shadow maps: what comes from there is the desk's light.
 //!

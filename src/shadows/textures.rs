@@ -24,7 +24,7 @@ pub struct DomeTextures {
     pub atlas: Handle<Image>,
     /// The views of all directions (`Dome` in dome.wgsl).
     pub views: Handle<ShaderBuffer>,
-    /// Radiance × solid angle of every direction in linear camera units, above the horizon, then below, then L_p.
+    /// Radiance × solid angle of every direction in linear camera units, above the horizon, then below, then `L_p`.
     pub weights: Handle<ShaderBuffer>,
     pub(super) layout: AtlasLayout,
 }

@@ -43,7 +43,7 @@ pub(super) fn build(app: &mut App) {
         );
 }
 
-/// Mirror of `Weights` in weights_pass.wgsl.
+/// Mirror of `Weights` in `weights_pass.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
 struct WeightsUniform {
     world_from_dome: Mat3,

@@ -59,7 +59,7 @@ impl PoseCandidates {
     /// [`DetectedMarker::corners`](super::DetectedMarker::corners). `None` if the corners are not a convex quadrilateral.
     pub fn from_corners(corners: &[DVec2; 4], intrinsics: &Intrinsics, size: f64) -> Option<Self> {
         let square = Square::new(corners, intrinsics, size);
-        let first = square.refine(square.from_homography()?)?;
+        let first = square.refine(square.first_guess()?)?;
         let second = square.refine(first.mirrored()).unwrap_or(first);
         let angle = first.rotation.y_axis.angle_between(second.rotation.y_axis);
         let (first, second) = (square.judge(&first), square.judge(&second));
@@ -105,7 +105,7 @@ impl<'a> Square<'a> {
     }
 
     /// Pose from the map of the unit square onto the corners (closed form, Heckbert 1989).
-    fn from_homography(&self) -> Option<CvPose> {
+    fn first_guess(&self) -> Option<CvPose> {
         let [p0, p1, p2, p3] = self.corners.map(|corner| (corner - self.center) / self.focal);
         let (d1, d2, s) = (p1 - p2, p3 - p2, p0 - p1 + p2 - p3);
         let determinant = d1.perp_dot(d2);
