@@ -1,10 +1,7 @@
 //! The camera or the anchors move to where the markers are seen. Needs neither a GPU nor the AprilTag library: the detector
 //! of these tests says what it is told.
 
-use bevy::{
-    math::{DVec2, DVec3},
-    prelude::*,
-};
+use bevy::{math::DVec2, prelude::*};
 use bevy_mirrorball::{
     camera::FramePixels,
     prelude::*,
@@ -47,7 +44,7 @@ fn seen(id: u32, camera_from_marker: Isometry3d) -> DetectedMarker {
     let h = 0.5 * SIZE;
     let (focal, center) = (intrinsics().focal.as_dvec2(), intrinsics().center.as_dvec2());
     let corners = [(-h, -h), (h, -h), (h, h), (-h, h)].map(|(x, z)| {
-        let p = DVec3::from(Vec3::from(camera_from_marker.transform_point(Vec3::new(x, 0.0, z))).as_dvec3());
+        let p = Vec3::from(camera_from_marker.transform_point(Vec3::new(x, 0.0, z))).as_dvec3();
         center + focal * DVec2::new(p.x, -p.y) / -p.z
     });
     DetectedMarker { id, corners, corrected_bits: 0 }
