@@ -1,13 +1,7 @@
 //! The textures a filtered environment consists of.
 
-use bevy::{
-    asset::RenderAssetUsages,
-    image::{ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
-    prelude::*,
-    render::render_resource::{
-        Extent3d, TextureDimension, TextureFormat, TextureUsages, TextureViewDescriptor, TextureViewDimension,
-    },
-};
+use crate::probe::cube_image;
+use bevy::prelude::*;
 
 /// Edge length of the irradiance map: interpolated over 5.6°, the cosine lobe is off by 0.1 %.
 const DIFFUSE_EDGE: u32 = 16;
@@ -37,30 +31,10 @@ impl FilteredEnvironment {
         let pyramid_edge = (source_edge / 2).max(ROUGHEST_EDGE);
         let pyramid_levels = (pyramid_edge / ROUGHEST_EDGE).ilog2() + 1;
         Self {
-            diffuse: images.add(cube("mirrorball_environment_diffuse", DIFFUSE_EDGE, 1)),
-            glossy: images.add(cube("mirrorball_environment_glossy", glossy_edge, glossy_levels)),
-            pyramid: images.add(cube("mirrorball_environment_pyramid", pyramid_edge, pyramid_levels)),
+            diffuse: images.add(cube_image("mirrorball_environment_diffuse", DIFFUSE_EDGE, 1)),
+            glossy: images.add(cube_image("mirrorball_environment_glossy", glossy_edge, glossy_levels)),
+            pyramid: images.add(cube_image("mirrorball_environment_pyramid", pyramid_edge, pyramid_levels)),
             source,
         }
     }
-}
-
-fn cube(label: &'static str, edge: u32, levels: u32) -> Image {
-    let extent = Extent3d { width: edge, height: edge, depth_or_array_layers: 6 };
-    let format = TextureFormat::Rgba16Float;
-    let mut image = Image::new_uninit(extent, TextureDimension::D2, format, RenderAssetUsages::all());
-    image.texture_descriptor.label = Some(label);
-    image.texture_descriptor.mip_level_count = levels;
-    image.texture_descriptor.usage =
-        TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
-    image.texture_view_descriptor =
-        Some(TextureViewDescriptor { dimension: Some(TextureViewDimension::Cube), ..default() });
-    // Bevy reads all maps of a view through the diffuse map's sampler: it has to interpolate levels.
-    image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
-        mag_filter: ImageFilterMode::Linear,
-        min_filter: ImageFilterMode::Linear,
-        mipmap_filter: ImageFilterMode::Linear,
-        ..default()
-    });
-    image
 }

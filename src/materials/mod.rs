@@ -13,7 +13,10 @@ mod phantom;
 pub use image_based::{DomeShadowed, ImageBasedMaterial, SurfaceStyle};
 pub use phantom::PhantomMaterial;
 
-use crate::{MirrorballSystems, shadows::ShadowsPlugin};
+use crate::{
+    MirrorballSystems,
+    shadows::{DomeTextures, ShadowsPlugin},
+};
 use bevy::{asset::embedded_asset, prelude::*};
 
 /// Puts the crate's materials on meshes.
@@ -44,6 +47,8 @@ impl Plugin for MaterialsPlugin {
                     image_based::release_materials,
                 )
                     .chain()
+                    // Without a renderer there is nothing to dress.
+                    .run_if(resource_exists::<DomeTextures>)
                     .after(crate::stage::assign_roles)
                     .before(MirrorballSystems::Measure)
                     .before(bevy::asset::AssetEventSystems),

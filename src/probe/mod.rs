@@ -25,6 +25,7 @@
 //! for the recovery.
 
 mod cube_directions;
+mod cube_image;
 mod measure;
 mod mirror_ball;
 mod recovery;
@@ -35,17 +36,10 @@ pub use mirror_ball::{BallView, Ellipse};
 pub use recovery::ClipRecovery;
 
 pub(crate) use cube_directions::cube_directions;
+pub(crate) use cube_image::cube_image;
 
 use crate::MirrorballSystems;
-use bevy::{
-    asset::RenderAssetUsages,
-    image::{ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
-    prelude::*,
-    render::render_resource::{
-        Extent3d, TextureDimension, TextureFormat, TextureUsages, TextureViewDescriptor, TextureViewDimension,
-    },
-    transform::TransformSystems,
-};
+use bevy::{prelude::*, transform::TransformSystems};
 
 /// A mirrored ball standing in the real scene; its center is the entity's origin.
 ///
@@ -97,21 +91,7 @@ impl EnvironmentCube {
     pub const SIZE: u32 = 128;
 
     fn allocate(images: &mut Assets<Image>) -> Self {
-        let extent = Extent3d { width: Self::SIZE, height: Self::SIZE, depth_or_array_layers: 6 };
-        let format = TextureFormat::Rgba16Float;
-        let mut image = Image::new_uninit(extent, TextureDimension::D2, format, RenderAssetUsages::all());
-        image.texture_descriptor.label = Some("mirrorball_probe_cube");
-        image.texture_descriptor.usage =
-            TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
-        image.texture_view_descriptor =
-            Some(TextureViewDescriptor { dimension: Some(TextureViewDimension::Cube), ..default() });
-        image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
-            mag_filter: ImageFilterMode::Linear,
-            min_filter: ImageFilterMode::Linear,
-            mipmap_filter: ImageFilterMode::Linear,
-            ..default()
-        });
-        Self(images.add(image))
+        Self(images.add(cube_image("mirrorball_probe_cube", Self::SIZE, 1)))
     }
 }
 

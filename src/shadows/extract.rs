@@ -15,9 +15,12 @@ use bevy::{
 };
 
 pub(super) fn build(app: &mut App) {
+    if app.get_sub_app(RenderApp).is_none() {
+        warn!("ShadowsPlugin: no renderer, there will be no dome shadows");
+        return;
+    }
     app.add_plugins(ExtractResourcePlugin::<DomeTextures>::default());
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-        warn!("ShadowsPlugin: no renderer, there will be no dome shadows");
         return;
     };
     render_app

@@ -38,7 +38,9 @@ mod weights_pass;
 pub use textures::DomeTextures;
 
 use crate::{MirrorballSystems, stage::StageRole};
-use bevy::{camera::primitives::Aabb, light::NotShadowCaster, prelude::*, shader::load_shader_library};
+use bevy::{
+    camera::primitives::Aabb, light::NotShadowCaster, prelude::*, render::RenderApp, shader::load_shader_library,
+};
 use dome::BoundingSphere;
 
 /// A dome of shadow-casting directions colored by the measured environment; its up axis is the entity's +Y.
@@ -81,7 +83,7 @@ impl Plugin for ShadowsPlugin {
         load_shader_library!(app, "visibility.wgsl");
         app.register_type::<ShadowDomeLight>().init_resource::<FittedDome>().add_systems(
             PostUpdate,
-            (textures::fit_textures, fit_dome)
+            (textures::fit_textures.run_if(resource_exists::<DomeTextures>), fit_dome)
                 .chain()
                 .after(bevy::camera::visibility::VisibilitySystems::CheckVisibility)
                 .in_set(MirrorballSystems::Measure),
@@ -92,7 +94,9 @@ impl Plugin for ShadowsPlugin {
     }
 
     fn finish(&self, app: &mut App) {
-        app.init_resource::<DomeTextures>();
+        if app.get_sub_app(RenderApp).is_some() {
+            app.init_resource::<DomeTextures>();
+        }
     }
 }
 
