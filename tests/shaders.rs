@@ -43,26 +43,14 @@ const FORWARD: &[&str] = &[
 ];
 const TEXTURED: &[&str] = &["VERTEX_UVS", "VERTEX_UVS_A", "VERTEX_TANGENTS", "VERTEX_COLORS"];
 const TONEMAPPED: &[&str] = &["MULTISAMPLED", "TONEMAP_IN_SHADER", "TONEMAP_METHOD_REINHARD", "MAY_DISCARD"];
-const DEFERRED: &[&str] = &[
-    "PREPASS_PIPELINE",
-    "PREPASS_FRAGMENT",
-    "VERTEX_OUTPUT_INSTANCE_INDEX",
-    "VIEW_PROJECTION_PERSPECTIVE",
-    "DEPTH_PREPASS",
-    "VERTEX_POSITIONS",
-    "VERTEX_NORMALS",
-    "NORMAL_PREPASS_OR_DEFERRED_PREPASS",
-    "MOTION_VECTOR_PREPASS_OR_DEFERRED_PREPASS",
-    "DEFERRED_PREPASS",
-];
 
 /// The definitions under which a shader is used; one empty set for those that ask for none.
 fn variants(path: &Path) -> Vec<Vec<&'static str>> {
     let forward =
         [vec![FORWARD], vec![FORWARD, TEXTURED], vec![FORWARD, TONEMAPPED], vec![FORWARD, TEXTURED, TONEMAPPED]];
     let sets = match path.file_name().and_then(|name| name.to_str()) {
-        Some("image_based.wgsl") => forward.into_iter().chain([vec![DEFERRED], vec![DEFERRED, TEXTURED]]).collect(),
-        Some("phantom.wgsl") => forward.to_vec(),
+        // Both are never drawn in deferred passes.
+        Some("image_based.wgsl" | "phantom.wgsl") => forward.to_vec(),
         _ => vec![vec![]],
     };
     sets.into_iter().map(|set| set.concat()).collect()
