@@ -86,8 +86,14 @@ fn bad_input_ends_with_a_message_that_says_what_to_do() {
     let json = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
                    "nodes": [{"name": "tag", "extras": {"MarkerAnchor": {"id": 0, "size": 0.1, "sise": 2}}}]}"#;
     std::fs::write(&scene, json).expect("written");
+    let far_ball = scratch("far_ball.gltf");
+    let json = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}], "nodes": [
+        {"name": "tag", "extras": {"MarkerAnchor": {"id": 0, "size": 0.1}, "WorldOrigin": {}}},
+        {"name": "ball", "translation": [5, 0, 0], "extras": {"LightProbeSphere": {"radius": 0.05}}}]}"#;
+    std::fs::write(&far_ball, json).expect("written");
     let out = scratch("never.png");
-    let cases: [(&str, &str, &str, &[&str]); 5] = [
+    let cases: [(&str, &str, &str, &[&str]); 6] = [
+        (DESK[1], DESK[3], text(&far_ball), &["no ball", "far_ball.gltf", "photo.jpg"]),
         (text(&gray), "600,600,160,120", DESK[5], &["no marker", "gray.png"]),
         ("missing.png", DESK[3], DESK[5], &["missing.png"]),
         (DESK[1], DESK[3], "missing.glb", &["missing.glb"]),

@@ -192,6 +192,11 @@ fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
         )
         .into());
     }
+    if world.query_filtered::<(), (With<MarkerAnchor>, With<WorldOrigin>)>().iter(world).next().is_none() {
+        eprintln!(
+            "composite: no MarkerAnchor of {scene} has WorldOrigin: only what is below an anchor follows the marker"
+        );
+    }
     let probes: Vec<bool> = world.query::<&ProbeMeasurement>().iter(world).map(|probe| probe.is_in_view).collect();
     if probes.is_empty() {
         return Err(format!("{scene} has no LightProbeSphere: give the node at the ball's center the extras {{\"LightProbeSphere\": {{\"radius\": 0.05}}}}").into());
