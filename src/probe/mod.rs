@@ -14,11 +14,12 @@
 //! ring's mean in the middle of the gap; nothing is ever black and no edge shows.
 //!
 //! # Clipped light, first form
-//! An 8-bit camera shows a lamp no brighter than white paper. [`ClipRecovery`] finds one gain per channel for all clipped
-//! pixels of the ball such that the irradiance predicted at the marker's paper equals what its brightness says, π · paper ÷
-//! paper reflectance (after Debevec et al. 2012, *A single-shot light probe*, with one unknown). It is exact where all
-//! clipped lights are alike and makes a soft room out of one with a small strong lamp; the true energies of single lights
-//! need more equations than one sheet of paper gives.
+//! An 8-bit camera shows a lamp no brighter than white paper. What the clipped pixels of the ball lack is told by the marker's
+//! paper: the irradiance the ball predicts at it must be what its brightness says, π · paper ÷ paper reflectance (after Debevec
+//! et al. 2012, *A single-shot light probe*, with one equation per channel). Of all answers [`ClipRecovery`] takes the one
+//! with the least extra light in the least-squares sense: clipped light from a direction is multiplied by
+//! 1 + (gain − 1) · cosine to the paper's normal, light from below the horizon by 1. So windows that the paper barely sees are
+//! not blown up for the lamp above. Which of several lamps is the strong one needs more equations than one sheet of paper gives.
 //!
 //! # Cost
 //! One compute dispatch of 6 · size² threads with 4 · 4 texel reads each; on the CPU 12 000 picture lookups per new picture

@@ -41,7 +41,8 @@ const CUBE_EDGE: u32 = 64;
 /// Irradiance ÷ π at a surface as a function of the gain on clipped pixels, one channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Irradiance {
-    unclipped: f32,
+    /// At gain 1, where clipped light is white.
+    as_seen: f32,
     /// Clipped parts: the gain from which on they stop to grow, and what they add per unit of gain. Sorted.
     clipped: Vec<(f32, f32)>,
 }
@@ -53,7 +54,7 @@ impl Irradiance {
     fn gain_for(&self, wanted: f32, most: f32) -> f32 {
         let first_slope: f32 = self.clipped.iter().map(|(_, part)| part).sum();
         let mut slope = first_slope;
-        let mut reached = self.unclipped + slope;
+        let mut reached = self.as_seen;
         let mut gain = 1.0;
         for &(limit, part) in &self.clipped {
             if reached >= wanted || limit >= most {
@@ -96,15 +97,16 @@ impl PaperAndBall<'_> {
     /// Cosine-weighted sum over the hemisphere about the paper's normal of what the ball shows.
     fn irradiance(&self) -> [Irradiance; 3] {
         let edge_angle = self.ball.edge_angle(self.intrinsics, EDGE_MARGIN_PIXELS);
-        let mut channels = [const { Irradiance { unclipped: 0.0, clipped: Vec::new() } }; 3];
+        let mut channels = [const { Irradiance { as_seen: 0.0, clipped: Vec::new() } }; 3];
         for (dir_world, solid_angle) in cube_directions(CUBE_EDGE) {
             let dir_camera = self.camera_from_world.transform_vector3(dir_world);
-            let weight = self.normal_camera.dot(dir_camera) * solid_angle / (PI * self.reflectance);
-            if weight <= 0.0 {
+            let cosine = self.normal_camera.dot(dir_camera);
+            if cosine <= 0.0 {
                 continue;
             }
+            let weight = cosine * solid_angle / (PI * self.reflectance);
             if let Some(pixel) = self.intrinsics.project(self.ball.surface_point(dir_camera, edge_angle)) {
-                self.add_bilinear(&mut channels, pixel, weight);
+                self.add_bilinear(&mut channels, pixel, weight, cosine);
             }
         }
         for channel in &mut channels {
@@ -113,7 +115,7 @@ impl PaperAndBall<'_> {
         channels
     }
 
-    fn add_bilinear(&self, channels: &mut [Irradiance; 3], pixel: Vec2, weight: f32) {
+    fn add_bilinear(&self, channels: &mut [Irradiance; 3], pixel: Vec2, weight: f32, cosine: f32) {
         let corner = (pixel - 0.5).floor();
         let t = pixel - 0.5 - corner;
         let (x, y) = (corner.x as i32, corner.y as i32);
@@ -123,9 +125,10 @@ impl PaperAndBall<'_> {
             let limits = gain_limits(value);
             for (c, channel) in channels.iter_mut().enumerate() {
                 let part = weight * share * value[c];
-                match limits[c] {
-                    Some(limit) => channel.clipped.push((limit, part)),
-                    None => channel.unclipped += part,
+                channel.as_seen += part;
+                if let Some(limit) = limits[c] {
+                    // The pixel is multiplied by 1 + (gain − 1) · cosine.
+                    channel.clipped.push((1.0 + (limit - 1.0) / cosine, part * cosine));
                 }
             }
         }
@@ -201,14 +204,14 @@ mod tests {
 
     #[test]
     fn the_gain_explains_the_paper() {
-        let lamp = Irradiance { unclipped: 0.2, clipped: vec![(f32::INFINITY, 0.1)] };
+        let lamp = Irradiance { as_seen: 0.3, clipped: vec![(f32::INFINITY, 0.1)] };
         assert!((lamp.gain_for(1.0, 1000.0) - 8.0).abs() < 1e-5);
         assert_eq!(lamp.gain_for(0.25, 1000.0), 1.0, "the paper is darker than the ball says");
         assert_eq!(lamp.gain_for(1e6, 1000.0), 1000.0);
-        let nothing_clipped = Irradiance { unclipped: 0.2, clipped: vec![] };
+        let nothing_clipped = Irradiance { as_seen: 0.2, clipped: vec![] };
         assert_eq!(nothing_clipped.gain_for(1.0, 1000.0), 1.0);
         // Up to gain 2 both parts grow (to 0.2 + 0.4), from there only the lamp.
-        let wall_and_lamp = Irradiance { unclipped: 0.2, clipped: vec![(2.0, 0.1), (f32::INFINITY, 0.1)] };
+        let wall_and_lamp = Irradiance { as_seen: 0.4, clipped: vec![(2.0, 0.1), (f32::INFINITY, 0.1)] };
         assert!((wall_and_lamp.gain_for(0.8, 1000.0) - 4.0).abs() < 1e-5);
     }
 
@@ -239,7 +242,7 @@ mod tests {
             normal_camera: Vec3::Y,
         };
         for channel in view.irradiance() {
-            assert!((channel.unclipped - 2.0 * srgb_to_linear(188)).abs() < 2e-3, "{}", channel.unclipped);
+            assert!((channel.as_seen - 2.0 * srgb_to_linear(188)).abs() < 2e-3, "{}", channel.as_seen);
             assert!(channel.clipped.is_empty());
         }
     }

@@ -10,7 +10,7 @@ struct Unwrap {
     /// Focal lengths and principal point in pixels.
     focal: vec2f,
     center: vec2f,
-    /// Factor on pixels clipped by light from above the horizon; w: 1 if `uniform_radiance` replaces the picture.
+    /// Factor on pixels clipped by light from straight above the marker's paper; w: 1 if `uniform_radiance` replaces the picture.
     gain: vec4f,
     /// Normal of the marker's paper, camera space.
     up_camera: vec3f,
@@ -69,8 +69,8 @@ fn radiance_from(dir_world: vec3f) -> vec3f {
     let axis = -normalize(ball.center_camera);
     let side = side_of(axis, dir);
     let angle = atan2(length(dir - axis * dot(axis, dir)), dot(axis, dir));
-    // The paper says nothing about light from below, and lamps stand above the desk: glints on it keep their value.
-    let gain = select(vec3f(1.0), unwrap.gain.rgb, dot(dir, unwrap.up_camera) > 0.0);
+    // The least extra light that explains the paper: proportional to how much of it the paper catches, none from below.
+    let gain = 1.0 + (unwrap.gain.rgb - 1.0) * max(dot(dir, unwrap.up_camera), 0.0);
     let measured = sample_frame(surface_point(ball, axis, side, min(angle, ball.edge_angle)), gain);
     if angle <= ball.edge_angle {
         return measured;
