@@ -28,14 +28,22 @@ fn intrinsics() -> Intrinsics {
     Intrinsics { focal: Vec2::new(600.0, 605.0), center: Vec2::new(318.0, 243.0), size: FRAME }
 }
 
+/// Markers that say so are found at full resolution only.
+const HARD_TO_READ: u32 = 2;
+
 type Script = Arc<Mutex<Vec<DetectedMarker>>>;
 
 struct Scripted(Script);
 
 impl MarkerDetector for Scripted {
-    fn detect(&mut self, picture: LumaView, _decimation: f32) -> Vec<DetectedMarker> {
+    fn detect(&mut self, picture: LumaView, decimation: f32) -> Vec<DetectedMarker> {
         // The window around a marker is searched again; corners found there count from the window's corner.
-        if picture.size() == FRAME { self.0.lock().expect("no test panicked").clone() } else { Vec::new() }
+        if picture.size() != FRAME {
+            return Vec::new();
+        }
+        let mut markers = self.0.lock().expect("no test panicked").clone();
+        markers.retain(|marker| decimation <= 1.0 || marker.corrected_bits != HARD_TO_READ);
+        markers
     }
 }
 
@@ -228,6 +236,17 @@ fn an_anchor_added_after_the_picture_arrived_is_posed() {
     let mut desk = Desk::new();
     desk.show(&[seen(0, first_view()), seen(7, second_view())]);
     desk.app.update();
+    let anchor = desk.spawn(MarkerAnchor::new(7, SIZE));
+    desk.app.update();
+    assert_eq!(desk.tracking(anchor).state, MarkerState::Tracked);
+    desk.assert_camera_from(anchor, second_view());
+}
+
+#[test]
+fn a_small_marker_is_searched_closer_when_its_anchor_comes_after_the_picture() {
+    let mut desk = Desk::new();
+    desk.show(&[DetectedMarker { corrected_bits: HARD_TO_READ, ..seen(7, second_view()) }]);
+    assert!(desk.get::<DetectedMarkers>(desk.camera).markers.is_empty());
     let anchor = desk.spawn(MarkerAnchor::new(7, SIZE));
     desk.app.update();
     assert_eq!(desk.tracking(anchor).state, MarkerState::Tracked);

@@ -80,7 +80,7 @@ fn composite(options: &Options) -> Outcome<()> {
 
     let started = Instant::now();
     app.update();
-    steps.note("track_and_measure", started.elapsed());
+    steps.note("first_update", started.elapsed());
     check_marker_and_ball(&mut app, options)?;
 
     let started = Instant::now();

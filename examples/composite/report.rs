@@ -1,7 +1,10 @@
 //! What was found out on the way, as JSON.
 
 use bevy::{diagnostic::DiagnosticsStore, math::Affine3A, prelude::*};
-use bevy_mirrorball::{probe::ProbeMeasurement, tracking::MarkerTracking};
+use bevy_mirrorball::{
+    probe::ProbeMeasurement,
+    tracking::{DetectedMarkers, MarkerTracking},
+};
 use serde_json::{Map, Value, json};
 use std::time::Duration;
 
@@ -24,6 +27,8 @@ pub(crate) fn report(app: &mut App, mut steps: Stopwatch) -> Value {
     let world = app.world_mut();
     let tracking = world.query::<&MarkerTracking>().iter(world).find(|t| t.camera_from_marker.is_some()).cloned();
     let probe = world.query::<&ProbeMeasurement>().iter(world).next().cloned().unwrap_or_default();
+    let detected = world.query::<&DetectedMarkers>().iter(world).next().map(|detected| detected.cpu_time);
+    steps.note("detect_markers", detected.unwrap_or_default());
     steps.note("measure_probe", probe.cpu_time);
     let passes: Map<String, Value> = world
         .get_resource::<DiagnosticsStore>()

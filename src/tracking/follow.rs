@@ -16,25 +16,34 @@ pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<Mark
     }
 }
 
-type NewFrame = (Entity, &'static ArCamera, &'static CameraFrame);
+type FramedCamera = (Entity, &'static ArCamera, &'static CameraFrame, Option<&'static DetectedMarkers>);
 
 pub(super) fn detect_markers(
     mut commands: Commands,
     detection: Option<ResMut<MarkerDetection>>,
-    cameras: Query<NewFrame, Changed<CameraFrame>>,
-    anchors: Query<&MarkerAnchor>,
+    cameras: Query<FramedCamera>,
+    anchors: Query<Ref<MarkerAnchor>>,
 ) {
-    if cameras.is_empty() {
+    let anchors_changed = anchors.iter().any(|anchor| anchor.is_changed());
+    let wanted: Vec<u32> = anchors.iter().filter(|a| a.check().is_ok()).map(|anchor| anchor.id).collect();
+    let is_due = |frame: &CameraFrame, last: Option<&DetectedMarkers>| {
+        let Some(last) = last.filter(|last| last.sequence == frame.sequence) else {
+            return true;
+        };
+        // An anchor that came after the picture may be worth the search at full resolution.
+        anchors_changed && wanted.iter().any(|id| last.markers.iter().all(|marker| marker.id != *id))
+    };
+    let due: Vec<_> = cameras.iter().filter(|(.., frame, last)| is_due(frame, *last)).collect();
+    if due.is_empty() {
         return;
     }
     let Some(mut detection) = detection else {
-        if !anchors.is_empty() {
+        if !wanted.is_empty() {
             warn_once!("{}", TrackingError::NoDetector);
         }
         return;
     };
-    let wanted: Vec<u32> = anchors.iter().map(|anchor| anchor.id).collect();
-    for (camera, ar_camera, frame) in &cameras {
+    for (camera, ar_camera, frame, _) in due {
         if ar_camera.intrinsics.is_none() && !wanted.is_empty() {
             warn_once!("ArCamera {camera} has no intrinsics: poses are measured with an assumed field of view of 60°");
         }
