@@ -67,7 +67,13 @@ pub fn find_markers(detector: &mut dyn MarkerDetector, frame: &FramePixels, want
     };
     let mut found = detector.detect(picture, 2.0);
     if wanted.iter().any(|id| found.iter().all(|marker| marker.id != *id)) {
-        found = detector.detect(picture, 1.0);
+        let coarse = std::mem::replace(&mut found, detector.detect(picture, 1.0));
+        // Large blurred markers may be found at half resolution only; a missing one must not cost those in sight.
+        for marker in coarse {
+            if found.iter().all(|other| other.id != marker.id) {
+                found.push(marker);
+            }
+        }
     }
     for marker in &mut found {
         if let Some(corners) = refine_in_linear_light(detector, frame, marker) {
@@ -127,5 +133,35 @@ impl MarkerDetection {
         return Ok(Self(Box::new(super::AprilTagDetector::new()?)));
         #[cfg(not(feature = "apriltag"))]
         Err(TrackingError::NoDetector)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sees one marker at half and another at full resolution, and both in neither.
+    struct Resolutions;
+
+    impl MarkerDetector for Resolutions {
+        fn detect(&mut self, _picture: LumaView, decimation: f32) -> Vec<DetectedMarker> {
+            let at = if decimation == 2.0 { 20.0 } else { 60.0 };
+            let corner = |x: f64, y: f64| DVec2::new(at + x, at + y);
+            let corners = [corner(0.0, 0.0), corner(9.0, 0.0), corner(9.0, 9.0), corner(0.0, 9.0)];
+            let shared = DetectedMarker { id: 2, corners: corners.map(|c| c + 12.0), corrected_bits: 0 };
+            vec![DetectedMarker { id: u32::from(decimation == 2.0), corners, corrected_bits: 0 }, shared]
+        }
+    }
+
+    #[test]
+    fn a_missing_marker_does_not_cost_one_seen_at_half_resolution() {
+        let frame = FramePixels::new(UVec2::splat(100), vec![128; 40_000]).expect("as many bytes as the size says");
+        let ids = |wanted: &[u32]| {
+            let mut ids: Vec<_> = find_markers(&mut Resolutions, &frame, wanted).iter().map(|m| m.id).collect();
+            ids.sort_unstable();
+            ids
+        };
+        assert_eq!(ids(&[1, 2]), [1, 2], "all wanted ones are found at half resolution");
+        assert_eq!(ids(&[0, 1]), [0, 1, 2], "both searches count, each marker once");
     }
 }
