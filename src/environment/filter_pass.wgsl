@@ -1,4 +1,5 @@
-// Environment cube → irradiance and glossy maps, as Bevy's EnvironmentMapLight reads them. CPU reference: filter.rs.
+// Environment cube → irradiance and glossy maps, as Bevy's EnvironmentMapLight reads them. The double-precision
+// reference is in tests/environment.rs.
 
 const PI: f32 = 3.14159265358979;
 

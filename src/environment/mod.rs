@@ -23,7 +23,7 @@ use bevy::{camera::Exposure, light::EnvironmentMapLight, prelude::*};
 #[reflect(Component, Debug, Clone)]
 pub struct LiveEnvironment {
     /// The cube: radiance in frame buffer units (1.0 shows as 1.0), world axes, a filterable float format, six square layers
-    /// with a power of two as edge length, at most 8192. Other images are refused with an error.
+    /// with a power of two from 16 to 8192 as edge length. Other images are refused with an error.
     pub source: Handle<Image>,
 }
 
@@ -56,6 +56,9 @@ fn unit_intensity(exposure: Option<&Exposure>) -> f32 {
     1.0 / exposure.copied().unwrap_or_default().exposure()
 }
 
+/// Edge lengths of cubes that can be filtered: at least one texel for each block of the diffuse sum.
+const SOURCE_EDGES: std::ops::RangeInclusive<u32> = 16..=8192;
+
 type ChangedEnvironment = (Entity, &'static LiveEnvironment, Option<&'static Exposure>);
 
 fn start_filter(
@@ -72,10 +75,10 @@ fn start_filter(
         };
         let size = image.texture_descriptor.size;
         let is_cube = size.depth_or_array_layers == 6 && size.width == size.height;
-        if !is_cube || !size.width.is_power_of_two() || size.width > 8192 {
+        if !is_cube || !size.width.is_power_of_two() || !SOURCE_EDGES.contains(&size.width) {
             error!(
                 "{camera}: LiveEnvironment.source is {} × {} with {} layers; give a cube map, six square layers with a \
-                 power of two up to 8192 as edge length",
+                 power of two from 16 to 8192 as edge length",
                 size.width, size.height, size.depth_or_array_layers
             );
             continue;

@@ -89,8 +89,7 @@ pub(super) fn fit_textures(
     let Some(dome) = domes.iter().next() else {
         return;
     };
-    let directions = dome.directions.clamp(1, ShadowDomeLight::MAX_DIRECTIONS);
-    let layout = AtlasLayout::new(directions, dome.resolution.clamp(32, 1024));
+    let layout = AtlasLayout::new(dome.clamped_directions(), dome.resolution.clamp(32, 1024));
     if textures.layout != layout {
         textures.atlas = images.add(layout.image());
         textures.layout = layout;

@@ -17,7 +17,7 @@ use bevy::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
             ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, SamplerBindingType, ShaderStages,
-            ShaderType, StorageBuffer, TextureSampleType, UniformBuffer,
+            ShaderType, StorageBuffer, TextureSampleType, TextureViewId, UniformBuffer,
             binding_types::{
                 sampler, storage_buffer_read_only_sized, storage_buffer_sized, texture_cube, uniform_buffer,
             },
@@ -86,12 +86,12 @@ fn init_weights_pipelines(mut commands: Commands, asset_server: Res<AssetServer>
     commands.insert_resource(WeightsPipelines { layout, weigh, average });
 }
 
-/// Cells of the current number of directions, and this frame's bindings.
+/// Cells of the current number of directions, and bindings that are remade only when what they were made from changes.
 #[derive(Resource, Default)]
 struct PreparedWeights {
     cells: Option<CellBuffers>,
     bind_group: Option<BindGroup>,
-    directions: u32,
+    made_from: Option<(TextureViewId, Quat, u32)>,
 }
 
 struct CellBuffers {
@@ -124,12 +124,17 @@ fn prepare_weights(
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
 ) {
-    prepared.bind_group = None;
     let directions = dome.fitted.directions;
-    let (Some(textures), Some(cube)) = (textures, dome.cube.and_then(|id| images.get(id))) else {
+    let cube = dome.cube.and_then(|id| images.get(id)).filter(|_| directions > 0);
+    let made_from = cube.map(|cube| (cube.texture_view.id(), dome.fitted.world_from_dome, directions));
+    if prepared.bind_group.is_some() && prepared.made_from == made_from {
+        return;
+    }
+    (prepared.bind_group, prepared.made_from) = (None, made_from);
+    let (Some(textures), Some(cube)) = (textures, cube) else {
         return;
     };
-    let Some(weights) = buffers.get(&textures.weights).filter(|_| directions > 0) else {
+    let Some(weights) = buffers.get(&textures.weights) else {
         return;
     };
     if prepared.cells.as_ref().is_none_or(|cells| cells.directions != directions) {
@@ -162,7 +167,6 @@ fn prepare_weights(
         )),
     );
     prepared.bind_group = Some(bind_group);
-    prepared.directions = directions;
 }
 
 fn weights_pass(
@@ -171,7 +175,9 @@ fn weights_pass(
     pipeline_cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let (Some(pipelines), Some(bind_group)) = (pipelines, &prepared.bind_group) else {
+    let (Some(pipelines), Some(bind_group), Some((.., directions))) =
+        (pipelines, &prepared.bind_group, prepared.made_from)
+    else {
         return;
     };
     let (Some(weigh), Some(average)) =
@@ -188,7 +194,7 @@ fn weights_pass(
     let span = diagnostics.pass_span(&mut pass, "mirrorball_shadows_weights");
     pass.set_bind_group(0, bind_group, &[]);
     pass.set_pipeline(weigh);
-    pass.dispatch_workgroups(2 * prepared.directions, 1, 1);
+    pass.dispatch_workgroups(2 * directions, 1, 1);
     pass.set_pipeline(average);
     pass.dispatch_workgroups(1, 1, 1);
     span.end(&mut pass);
