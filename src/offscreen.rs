@@ -7,19 +7,26 @@
 //! wait for has arrived.
 
 use bevy::{
-    app::{PluginGroupBuilder, TerminalCtrlCHandlerPlugin},
+    app::{PanicHandlerPlugin, PluginGroupBuilder},
     asset::RenderAssetUsages,
     camera::RenderTarget,
+    core_pipeline::CorePipelinePlugin,
+    diagnostic::{DiagnosticsPlugin, FrameCountPlugin},
     ecs::observer::On,
-    log::LogPlugin,
+    gltf::GltfPlugin,
+    input::InputPlugin,
+    light::LightPlugin,
+    mesh::MeshPlugin,
+    pbr::PbrPlugin,
     prelude::*,
     render::{
         RenderPlugin,
         gpu_readback::{Readback, ReadbackComplete},
-        pipelined_rendering::PipelinedRenderingPlugin,
         render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
     },
+    time::TimePlugin,
     window::ExitCondition,
+    world_serialization::WorldSerializationPlugin,
 };
 
 /// Why a headless program cannot render.
@@ -42,16 +49,40 @@ const MAX_READBACK_FRAMES: u32 = 60;
 /// wgpu aligns the rows of copied textures to this many bytes.
 const ROW_ALIGNMENT: usize = 256;
 
-/// Bevy's default plugins for a program without a window: no primary window, no pipelined rendering (a frame is finished
-/// when [`App::update`] returns), pipelines compiled as soon as their shaders are loaded. Logging is left to the program, since there can be only one
-/// logger in a process.
+/// The part of Bevy's default plugins that draws, for a program without a window: no event loop, no sound, no
+/// pipelined rendering (a frame is finished when [`App::update`] returns), pipelines compiled as soon as their shaders are
+/// loaded. What else a game needs from [`DefaultPlugins`] (animation, for one) it adds itself. Logging is left to the program,
+/// since there can be only one logger in a process.
 pub fn default_plugins() -> PluginGroupBuilder {
-    DefaultPlugins
-        .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
-        .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
-        .disable::<PipelinedRenderingPlugin>()
-        .disable::<TerminalCtrlCHandlerPlugin>()
-        .disable::<LogPlugin>()
+    OffscreenPlugins.build()
+}
+
+/// Picked one by one: what [`DefaultPlugins`] holds depends on the Bevy features of the whole program, and a plugin can only be
+/// left out of it by a type that may not exist in this build.
+struct OffscreenPlugins;
+
+impl PluginGroup for OffscreenPlugins {
+    fn build(self) -> PluginGroupBuilder {
+        PluginGroupBuilder::start::<Self>()
+            .add(PanicHandlerPlugin)
+            .add(TaskPoolPlugin::default())
+            .add(FrameCountPlugin)
+            .add(TimePlugin)
+            .add(TransformPlugin)
+            .add(DiagnosticsPlugin)
+            .add(InputPlugin)
+            .add(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
+            .add(AssetPlugin::default())
+            .add(WorldSerializationPlugin)
+            .add(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
+            .add(ImagePlugin::default())
+            .add(MeshPlugin)
+            .add(bevy::camera::CameraPlugin)
+            .add(LightPlugin)
+            .add(CorePipelinePlugin)
+            .add(GltfPlugin::default())
+            .add(PbrPlugin::default())
+    }
 }
 
 /// Builds a headless app from plugins ([`default_plugins`], adapted as needed), lets `configure` add to it, and makes it
