@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Writes assets/desk/desk.glb: the real desk of assets/desk/photo.jpg as phantoms, and a few virtual things on it.
+"""Writes assets/desk/set.glb: the real desk of assets/desk/photo.jpg as phantoms, and assets/desk/desk.glb: the same with a
+few virtual things on it.
 
-usage: scripts/make_desk_scene.py [OUT.glb]
+usage: scripts/make_desk_scene.py [FOLDER]
 
 Shows what a scene has to say: node extras named like the crate's components. All lengths in metres, in the frame of the
 printed marker (+X right, +Y out of the paper, +Z to its bottom edge). Needs nothing but Python 3.
@@ -120,26 +121,31 @@ class Scene:
             out.write(struct.pack("<I4s", len(data), b"BIN\0") + data)
 
 
-def main():
+def real_desk():
+    """What is really there: stand-ins."""
     scene = Scene()
     real = scene.material("real", (1, 1, 1), 0, 1)
-    white = scene.material("matte white", (0.8, 0.8, 0.8), 0, 0.9)
-    gold = scene.material("gold", (0.95, 0.78, 0.45), 1, 0.2)
-    red = scene.material("red lacquer", (0.6, 0.05, 0.04), 0, 0.25)
-
     scene.node("marker", extras={"MarkerAnchor": {"id": 0, "size": 0.1}, "WorldOrigin": {}})
     scene.node("ball", at=(0.17, 0.05, 0.01), extras={"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9}})
     scene.node("dome", extras={"ShadowDomeLight": {"directions": 64}})
-    # What is really there: stand-ins.
     scene.node("desk", box(1.6, 0.02, 1.2), real, (0, -0.01, 0), extras={"PhantomObject": {"casts": False}})
     scene.node("real box", box(0.12, 0.06, 0.07), real, (-0.08, 0.03, 0.19), ("y", 25), {"PhantomObject": {}})
     scene.node("real can", cylinder(0.03, 0.09), real, (-0.285, 0.045, -0.1), extras={"PhantomObject": {}})
     scene.node("real ball", sphere(0.05), real, (0.17, 0.05, 0.01), extras={"PhantomObject": {"receives": False}})
-    # What is not.
+    return scene
+
+
+def main():
+    folder = sys.argv[1] if len(sys.argv) > 1 else "assets/desk"
+    real_desk().write(f"{folder}/set.glb")
+    scene = real_desk()
+    white = scene.material("matte white", (0.8, 0.8, 0.8), 0, 0.9)
+    gold = scene.material("gold", (0.95, 0.78, 0.45), 1, 0.2)
+    red = scene.material("red lacquer", (0.6, 0.05, 0.04), 0, 0.25)
     scene.node("white ball", sphere(0.045), white, (-0.1, 0.045, -0.06))
     scene.node("gold ball", sphere(0.04), gold, (-0.205, 0.04, 0.03))
     scene.node("red ring", torus(0.035, 0.012), red, (0.03, 0.047, 0.12), ("x", 80))
-    scene.write(sys.argv[1] if len(sys.argv) > 1 else "assets/desk/desk.glb")
+    scene.write(f"{folder}/desk.glb")
 
 
 if __name__ == "__main__":

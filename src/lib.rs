@@ -70,6 +70,7 @@ pub mod environment;
 pub mod shadows;
 pub mod materials;
 pub mod authoring;
+pub mod debug;
 pub mod offscreen;
 use bevy::{app::PluginGroupBuilder, prelude::*};
 
@@ -85,6 +86,7 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 /// | [`shadows::ShadowsPlugin`] | dome of shadow directions |
 /// | [`materials::MaterialsPlugin`] | phantoms, image-based surfaces |
 /// | [`authoring::AuthoringPlugin`] | glTF extras → components |
+/// | [`debug::FeedDiagnosticsPlugin`] | figures as Bevy diagnostics |
 ///
 /// Each can be used alone or left out with [`PluginGroupBuilder::disable`].
 #[derive(Default)]
@@ -101,6 +103,7 @@ impl PluginGroup for MirrorballPlugins {
             .add(shadows::ShadowsPlugin)
             .add(materials::MaterialsPlugin)
             .add(authoring::AuthoringPlugin)
+            .add(debug::FeedDiagnosticsPlugin)
     }
 }
 
@@ -126,7 +129,7 @@ pub enum MirrorballPasses {
 pub mod prelude {
     pub use crate::{
         MirrorballPlugins,
-        camera::{ArCamera, CameraFeed, CameraFrame, FrameFit, Intrinsics},
+        camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, FrameFit, Intrinsics},
         environment::LiveEnvironment,
         materials::SurfaceStyle,
         probe::LightProbeSphere,

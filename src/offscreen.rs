@@ -6,6 +6,7 @@
 //! Shaders are assets that load in the background, so the first few frames of an app may lack passes: update until what you
 //! wait for has arrived.
 
+use crate::camera::unpad_rows;
 use bevy::{
     app::{PanicHandlerPlugin, PluginGroupBuilder},
     asset::RenderAssetUsages,
@@ -28,6 +29,7 @@ use bevy::{
     window::ExitCondition,
     world_serialization::WorldSerializationPlugin,
 };
+use std::collections::VecDeque;
 
 /// Why a headless program cannot render.
 #[derive(thiserror::Error, Debug)]
@@ -46,8 +48,6 @@ pub enum OffscreenError {
 
 /// Frames to wait for a texture from the GPU.
 const MAX_READBACK_FRAMES: u32 = 60;
-/// wgpu aligns the rows of copied textures to this many bytes.
-const ROW_ALIGNMENT: usize = 256;
 
 /// The part of Bevy's default plugins that draws, for a program without a window: no event loop, no sound, no
 /// pipelined rendering (a frame is finished when [`App::update`] returns), pipelines compiled as soon as their shaders are
@@ -122,49 +122,74 @@ pub fn add_target(app: &mut App, size: UVec2) -> (Handle<Image>, RenderTarget) {
     (handle.clone(), RenderTarget::Image(handle.into()))
 }
 
-#[derive(Resource, Default)]
-struct ReadbackAnswer(Option<Vec<u8>>);
-
 /// Renders one frame and returns the bytes of a texture's first mip level after it: rows without padding, from top to
 /// bottom, layer after layer. Cameras pause while the answer is awaited.
 ///
 /// # Errors
 /// [`OffscreenError::NoAnswer`] if the texture does not exist or cannot be copied from.
 pub fn read_texture(app: &mut App, image: &Handle<Image>) -> Result<Vec<u8>, OffscreenError> {
-    app.insert_resource(ReadbackAnswer::default());
+    let mut texture = Vec::new();
+    record(app, image, 1, |_, _| (), |_, bytes| texture = bytes)?;
+    Ok(texture)
+}
+
+/// Pictures that have come back from the GPU, in order.
+#[derive(Resource, Default)]
+struct ReadbackAnswers(VecDeque<Vec<u8>>);
+
+/// Renders frame after frame and hands each one's texture out as in [`read_texture`]. `after_update` is called with the number
+/// of each frame as soon as it is drawn, `on_picture` with the same number when its bytes have arrived, a frame or two later.
+///
+/// # Errors
+/// [`OffscreenError::NoAnswer`] if the texture does not exist or cannot be copied from.
+pub fn record(
+    app: &mut App,
+    image: &Handle<Image>,
+    frames: u32,
+    mut after_update: impl FnMut(&mut App, u32),
+    mut on_picture: impl FnMut(u32, Vec<u8>),
+) -> Result<(), OffscreenError> {
+    app.insert_resource(ReadbackAnswers::default());
     let request = app
         .world_mut()
         .spawn(Readback::texture(image.clone()))
-        .observe(|answer: On<ReadbackComplete>, mut slot: ResMut<ReadbackAnswer>| slot.0 = Some(answer.data.clone()))
+        .observe(|answer: On<ReadbackComplete>, mut all: ResMut<ReadbackAnswers>| all.0.push_back(answer.data.clone()))
         .id();
-    app.update();
+    let mut arrived = 0;
+    let mut take_arrived = |app: &mut App| {
+        while let Some(bytes) = app.world_mut().resource_mut::<ReadbackAnswers>().0.pop_front() {
+            let row = row_bytes(app, image).unwrap_or(bytes.len());
+            on_picture(arrived, unpad_rows(&bytes, row));
+            arrived += 1;
+        }
+        arrived
+    };
+    for frame in 0..frames {
+        app.update();
+        after_update(app, frame);
+        take_arrived(app);
+    }
     app.world_mut().entity_mut(request).remove::<Readback>();
     let paused = pause_cameras(app.world_mut());
-    let mut frames = 0;
-    let bytes = loop {
-        if let Some(bytes) = app.world_mut().resource_mut::<ReadbackAnswer>().0.take() {
-            break Ok(bytes);
-        }
-        frames += 1;
-        if frames > MAX_READBACK_FRAMES {
-            break Err(OffscreenError::NoAnswer(MAX_READBACK_FRAMES));
-        }
+    let mut waited = 0;
+    while take_arrived(app) < frames && waited < MAX_READBACK_FRAMES {
+        waited += 1;
         app.update();
-    };
+    }
     for camera in paused {
         if let Some(mut camera) = app.world_mut().get_mut::<Camera>(camera) {
             camera.is_active = true;
         }
     }
     app.world_mut().despawn(request);
-    let bytes = bytes?;
-    let images = app.world().resource::<Assets<Image>>();
-    let row = images.get(image).map_or(bytes.len(), |image| {
-        let pixel = image.texture_descriptor.format.block_copy_size(None).unwrap_or(4) as usize;
-        image.texture_descriptor.size.width as usize * pixel
-    });
-    let padded_row = row.next_multiple_of(ROW_ALIGNMENT);
-    Ok(bytes.chunks(padded_row).flat_map(|padded| &padded[..row.min(padded.len())]).copied().collect())
+    if take_arrived(app) < frames { Err(OffscreenError::NoAnswer(MAX_READBACK_FRAMES)) } else { Ok(()) }
+}
+
+/// Bytes of a row of a texture.
+fn row_bytes(app: &App, image: &Handle<Image>) -> Option<usize> {
+    let texture = &app.world().resource::<Assets<Image>>().get(image)?.texture_descriptor;
+    let pixel = texture.format.block_copy_size(None).unwrap_or(4);
+    Some((texture.size.width * pixel) as usize)
 }
 
 fn pause_cameras(world: &mut World) -> Vec<Entity> {

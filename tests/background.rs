@@ -24,7 +24,12 @@ fn show(picture: FramePixels, view: UVec2, fit: FrameFit) -> Option<Vec<u8>> {
     })?;
     let (image, target) = offscreen::add_target(&mut app, view);
     let clear = Camera { clear_color: Color::srgb_u8(10, 20, 30).into(), ..default() };
-    app.world_mut().spawn((ArCamera { fit, ..default() }, clear, target, CameraFeed::pixels(picture)));
+    app.world_mut().spawn((
+        ArCamera { fit, ..default() },
+        clear,
+        target,
+        CameraFeed::pixels(picture).with_pace(FeedPace::Lockstep),
+    ));
     // The first update uploads the picture, the second is sure to show it.
     app.update();
     app.update();

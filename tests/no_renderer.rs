@@ -22,7 +22,11 @@ fn without_a_renderer_everything_else_works() {
     .expect("an app without renderer needs no adapter");
     let picture = FramePixels::new(UVec2::new(64, 48), vec![128; 64 * 48 * 4]).expect("fits");
     let world = app.world_mut();
-    world.spawn((ArCamera::default(), RenderTarget::default(), CameraFeed::pixels(picture)));
+    world.spawn((
+        ArCamera::default(),
+        RenderTarget::default(),
+        CameraFeed::pixels(picture).with_pace(FeedPace::Lockstep),
+    ));
     let anchor = world.spawn((MarkerAnchor::new(0, 0.1), WorldOrigin)).id();
     world.spawn((LightProbeSphere::default(), Transform::from_xyz(0.0, 0.0, -0.5)));
     world.spawn(ShadowDomeLight::default());

@@ -108,7 +108,7 @@ fn probing_app(environment: fn(Vec3) -> Vec3) -> Option<(App, Entity)> {
     let mut app = gpu::app(|app| {
         app.add_plugins((CameraPlugin, ProbePlugin));
     })?;
-    let feed = CameraFeed::pixels(photograph(environment));
+    let feed = CameraFeed::pixels(photograph(environment)).with_pace(FeedPace::Lockstep);
     app.world_mut().spawn((ArCamera::new(intrinsics()), camera_pose(), Camera { is_active: false, ..default() }, feed));
     let sphere = LightProbeSphere { radius: RADIUS, reflectance: REFLECTANCE };
     let probe = app.world_mut().spawn((sphere, Transform::from_translation(BALL))).id();

@@ -83,7 +83,7 @@ impl Desk {
     fn new() -> Self {
         let (mut app, script) = (App::new(), Script::default());
         app.add_plugins((MinimalPlugins, TransformPlugin))
-            .insert_resource(MarkerDetection(Box::new(Scripted(script.clone()))))
+            .insert_resource(MarkerDetection::new(Scripted(script.clone())))
             .add_plugins(TrackingPlugin);
         let start = Transform::from_xyz(3.0, 2.0, 1.0).with_rotation(Quat::from_euler(EulerRot::YXZ, 0.5, -0.4, 0.3));
         let camera = app.world_mut().spawn((ArCamera::new(intrinsics()), start)).id();
@@ -100,7 +100,7 @@ impl Desk {
         self.sequence += 1;
         let pixels = FramePixels::new(FRAME, vec![128; 4 * (FRAME.x * FRAME.y) as usize]).expect("fits");
         let captured = Duration::from_millis(40 * self.sequence);
-        let frame = CameraFrame { pixels: Arc::new(pixels), sequence: self.sequence, captured };
+        let frame = CameraFrame::new(pixels, self.sequence, captured);
         self.app.world_mut().entity_mut(self.camera).insert(frame);
         self.app.update();
     }

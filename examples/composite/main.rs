@@ -70,7 +70,8 @@ fn composite(options: &Options) -> Outcome<()> {
     // Bevy would draw every frame while the scene loads.
     let camera = Camera { is_active: false, ..default() };
     let intrinsics = options.intrinsics_of(size);
-    let camera = app.world_mut().spawn((ArCamera::new(intrinsics), camera, target, CameraFeed::pixels(frame))).id();
+    let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
+    let camera = app.world_mut().spawn((ArCamera::new(intrinsics), camera, target, feed)).id();
     steps.note("start_renderer", started.elapsed());
 
     let started = Instant::now();

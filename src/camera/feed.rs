@@ -1,6 +1,6 @@
-//! Where pictures come from.
+//! Where pictures come from, and how that is going.
 
-use super::{CameraFrame, FramePixels};
+use super::{FramePixels, Intrinsics};
 use bevy::prelude::*;
 use std::{
     path::{Path, PathBuf},
@@ -19,32 +19,133 @@ pub enum CameraError {
         /// What the decoder said.
         source: image::ImageError,
     },
+    /// A clip's folder or its sidecar could not be read.
+    #[error(
+        "cannot read {path}: {source}. A clip is a folder of JPEG or PNG files with a sidecar clip.json beside them"
+    )]
+    ClipUnreadable {
+        /// The folder or file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A clip's sidecar is not what it has to be.
+    #[error(
+        "{path}: {source}. It needs \"image\": [width, height] and \"fps\"; \"intrinsics\": {{\"fx\", \"fy\", \"cx\", \"cy\"}} in pixels and \
+         \"pattern\": \"frame_*.jpg\" are optional"
+    )]
+    ClipSidecar {
+        /// The sidecar.
+        path: PathBuf,
+        /// What is wrong, with field, line and column.
+        source: serde_json::Error,
+    },
+    /// A number of a clip's sidecar makes no sense.
+    #[error("{path}: \"{field}\" is {found}; it has to be {expected}")]
+    ClipValue {
+        /// The sidecar.
+        path: PathBuf,
+        /// The field.
+        field: &'static str,
+        /// Its value.
+        found: String,
+        /// What it has to be.
+        expected: &'static str,
+    },
+    /// A clip has no pictures.
+    #[error("no pictures named {pattern} in {folder}; put JPEG or PNG files there or correct \"pattern\" in clip.json")]
+    ClipEmpty {
+        /// The clip's folder.
+        folder: PathBuf,
+        /// The names that were looked for.
+        pattern: String,
+    },
+    /// An image asset cannot be a camera picture.
+    #[error("the image cannot be a camera picture: {0}")]
+    Image(&'static str),
 }
 
 /// Source of an [`ArCamera`](super::ArCamera)'s pictures.
+///
+/// Decoding runs in the background; when pictures come faster than they are used, the newest one wins and the rest is counted
+/// as dropped. Read [`FeedState`] to see how it goes, [`FeedStatistics`] for figures.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::prelude::*;
+/// # fn setup(mut commands: Commands) {
+/// // a recorded clip, played in a loop at its own rate; its sidecar has the intrinsics
+/// commands.spawn((ArCamera::default(), CameraFeed::clip("assets/desk_clip")));
+/// # }
+/// ```
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(opaque, Component, Debug, Clone)]
-#[require(FeedState)]
+#[require(FeedState, FeedStatistics)]
 pub struct CameraFeed {
-    source: FeedSource,
+    pub(super) source: FeedSource,
+    pub(super) pace: FeedPace,
 }
 
 #[derive(Clone, Debug)]
-enum FeedSource {
+pub(super) enum FeedSource {
     Picture(PathBuf),
     Pixels(Arc<FramePixels>),
+    Clip(PathBuf),
+    Image(Handle<Image>),
 }
 
 impl CameraFeed {
     /// A still picture from a PNG or JPEG file, decoded once when the component is added or replaced.
     pub fn picture(path: impl Into<PathBuf>) -> Self {
-        Self { source: FeedSource::Picture(path.into()) }
+        Self::new(FeedSource::Picture(path.into()))
     }
 
     /// Pixels the game has already; insert a new `CameraFeed` for each new picture.
     pub fn pixels(pixels: impl Into<Arc<FramePixels>>) -> Self {
-        Self { source: FeedSource::Pixels(pixels.into()) }
+        Self::new(FeedSource::Pixels(pixels.into()))
     }
+
+    /// A recorded clip, repeated for ever: a folder of JPEG or PNG files with a sidecar `clip.json`; see [`Clip`](super::Clip).
+    pub fn clip(folder: impl Into<PathBuf>) -> Self {
+        Self::new(FeedSource::Clip(folder.into()))
+    }
+
+    /// Any image of the game: a video player's, another camera's render target, a network stream's.
+    ///
+    /// A new picture is taken each time the [`Image`] asset changes on the CPU. An image without data on the CPU is read back
+    /// from the GPU once a frame, which takes a frame or two; it needs the usage `COPY_SRC`. The format has to be 8-bit
+    /// `Rgba8` or `Bgra8`; bytes are taken as sRGB-encoded whether the format says so or not, as video is. Tracking needs what it
+    /// needs of any picture: a sharp marker at least 40 pixels wide, rows from top to bottom, no lens distortion, and
+    /// [`ArCamera::intrinsics`](super::ArCamera::intrinsics).
+    pub fn image(image: Handle<Image>) -> Self {
+        Self::new(FeedSource::Image(image))
+    }
+
+    /// The same source at another pace. [`FeedPace::Live`] if never called.
+    pub fn with_pace(self, pace: FeedPace) -> Self {
+        Self { pace, ..self }
+    }
+
+    /// Its pace.
+    pub fn pace(&self) -> FeedPace {
+        self.pace
+    }
+
+    fn new(source: FeedSource) -> Self {
+        Self { source, pace: FeedPace::default() }
+    }
+}
+
+/// How a feed and the game wait for each other.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+pub enum FeedPace {
+    /// The game never waits: pictures are decoded and searched for markers in the background and appear when that is done.
+    #[default]
+    Live,
+    /// Each update waits for the next picture and its markers: nothing is dropped, every run is the same. For rendering to
+    /// files and for tests. Live cameras and images do not wait for new pictures, only their markers are waited for.
+    Lockstep,
 }
 
 /// How a feed is doing.
@@ -56,8 +157,53 @@ pub enum FeedState {
     Waiting,
     /// Pictures arrive.
     Playing,
-    /// The source cannot be used; the text says why and what to do. The last good picture stays.
+    /// Pictures have stopped for the moment; the text says why. The last good picture stays, and the feed goes on by itself when
+    /// it can.
+    Lost(String),
+    /// The source cannot be used; the text says why and what to do. The last good picture stays. Insert a new
+    /// [`CameraFeed`] to try again.
     Failed(String),
+}
+
+/// Figures of a feed since its [`CameraFeed`] was added to the entity.
+#[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct FeedStatistics {
+    /// Pictures taken in.
+    pub pictures: u64,
+    /// Pictures the source had and the game never saw: replaced by newer ones, or damaged.
+    pub dropped: u64,
+    /// Pictures per second that the source delivers, dropped ones included, smoothed. 0 until two have arrived.
+    pub capture_rate: f32,
+    /// Time the decoding of the newest picture took, in the background.
+    pub decode_time: Duration,
+    pub(super) last_captured: Option<Duration>,
+}
+
+/// Weight of the newest picture in the smoothed capture rate.
+const RATE_SMOOTHING: f32 = 0.1;
+
+impl FeedStatistics {
+    /// Counts `dropped` pictures and then one that was taken in.
+    pub(super) fn note_picture(&mut self, dropped: u64, captured: Duration, decode_time: Duration) {
+        self.pictures += 1;
+        self.decode_time = decode_time;
+        let elapsed = self.last_captured.replace(captured).map(|last| captured.saturating_sub(last).as_secs_f32());
+        if let Some(elapsed) = elapsed.filter(|elapsed| *elapsed > 0.0) {
+            let rate = (1 + dropped) as f32 / elapsed;
+            let weight = if self.capture_rate > 0.0 { RATE_SMOOTHING } else { 1.0 };
+            self.capture_rate += weight * (rate - self.capture_rate);
+        }
+    }
+}
+
+/// A picture that has come out of a source.
+#[derive(Clone, Debug)]
+pub(super) struct Picture {
+    pub pixels: Arc<FramePixels>,
+    pub captured: Duration,
+    pub decode_time: Duration,
+    pub intrinsics: Option<Intrinsics>,
 }
 
 impl FramePixels {
@@ -78,26 +224,20 @@ impl FramePixels {
     }
 }
 
-pub(super) fn poll_feeds(
-    mut commands: Commands,
-    mut feeds: Query<(Entity, &CameraFeed, &mut FeedState, Option<&CameraFrame>), Changed<CameraFeed>>,
-    time: Res<Time<Real>>,
-) {
-    for (entity, feed, mut state, last) in &mut feeds {
-        let pixels = match &feed.source {
-            FeedSource::Picture(path) => match FramePixels::open(path) {
-                Ok(pixels) => Arc::new(pixels),
-                Err(error) => {
-                    error!("camera {entity}: {error}");
-                    *state = FeedState::Failed(error.to_string());
-                    continue;
-                }
-            },
-            FeedSource::Pixels(pixels) => pixels.clone(),
-        };
-        *state = FeedState::Playing;
-        let sequence = last.map_or(0, |frame| frame.sequence) + 1;
-        let captured: Duration = time.elapsed();
-        commands.entity(entity).insert(CameraFrame { pixels, sequence, captured });
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_capture_rate_counts_dropped_pictures_too() {
+        let mut statistics = FeedStatistics::default();
+        let at = Duration::from_millis;
+        statistics.note_picture(0, at(0), at(1));
+        assert_eq!(statistics.capture_rate, 0.0, "one picture has no rate");
+        for i in 1..100 {
+            statistics.note_picture(1, at(100 * i), at(1));
+        }
+        assert!((statistics.capture_rate - 20.0).abs() < 1e-3, "{statistics:?}");
+        assert_eq!(statistics.pictures, 100);
     }
 }

@@ -1,5 +1,6 @@
 //! One decoded camera picture.
 
+use super::Intrinsics;
 use bevy::prelude::*;
 use std::{sync::Arc, time::Duration};
 
@@ -43,15 +44,28 @@ impl FramePixels {
 }
 
 /// The newest picture of a camera feed; lives on the camera entity once the first one has arrived.
+///
+/// With a [`TrackingPlugin`](crate::tracking::TrackingPlugin) a picture appears here together with the markers found in it, so
+/// that background and poses always belong together.
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(opaque, Component, Debug, Clone)]
 pub struct CameraFrame {
     /// The picture. Shared, never changed in place.
     pub pixels: Arc<FramePixels>,
-    /// Counts up by one with each new picture of this feed, starting at 1.
+    /// Counts up with each new picture of this feed; numbers of dropped pictures are missing.
     pub sequence: u64,
-    /// When the picture was taken, as time since the feed started (still pictures: when they were decoded).
+    /// When the picture was taken, on the clock of [`Time<Real>`]; in [lockstep](super::FeedPace::Lockstep) the time of the
+    /// recording.
     pub captured: Duration,
+    /// Intrinsics that came with the picture (a clip's sidecar has them), if any.
+    pub intrinsics: Option<Intrinsics>,
+}
+
+impl CameraFrame {
+    /// A picture without intrinsics of its own.
+    pub fn new(pixels: impl Into<Arc<FramePixels>>, sequence: u64, captured: Duration) -> Self {
+        Self { pixels: pixels.into(), sequence, captured, intrinsics: None }
+    }
 }
 
 /// Decodes one sRGB byte (IEC 61966-2-1) to linear 0…1.

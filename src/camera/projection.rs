@@ -134,7 +134,7 @@ type NewlyFitted = Or<(Changed<ArCamera>, Changed<CameraFrame>)>;
 
 pub(super) fn fit_projections(mut cameras: Query<(&ArCamera, &CameraFrame, &mut Projection), NewlyFitted>) {
     for (camera, frame, mut projection) in &mut cameras {
-        let intrinsics = camera.intrinsics_for(frame.pixels.size);
+        let intrinsics = camera.intrinsics_for(frame);
         let current = match &*projection {
             Projection::Custom(custom) => custom.get::<IntrinsicsProjection>(),
             _ => None,

@@ -31,6 +31,13 @@ pub struct FrameTexture {
     size: UVec2,
 }
 
+impl FrameTexture {
+    /// Width and height in pixels.
+    pub fn size(&self) -> UVec2 {
+        self.size
+    }
+}
+
 pub(super) fn build(app: &mut App) {
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
         return;

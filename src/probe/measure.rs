@@ -71,7 +71,7 @@ pub(super) fn measure_probes(
     let Some((camera, ar_camera, frame, camera_transform)) = cameras.iter().next() else {
         return;
     };
-    let intrinsics = ar_camera.intrinsics_for(frame.pixels.size);
+    let intrinsics = ar_camera.intrinsics_for(frame);
     let camera_from_world = camera_transform.affine().inverse();
     let seen_marker = anchors.iter().find_map(|(anchor, tracking)| {
         let fresh = tracking.last_seen == Some(frame.sequence);

@@ -3,6 +3,10 @@
 use super::TrackingError;
 use crate::camera::{FramePixels, srgb_to_linear};
 use bevy::{math::DVec2, prelude::*};
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::{Duration, Instant},
+};
 
 /// An 8-bit gray picture, rows from top to bottom.
 #[derive(Clone, Copy, Debug)]
@@ -118,11 +122,16 @@ fn linear_window(frame: &FramePixels, start: UVec2, extent: UVec2) -> Vec<u8> {
     values.into_iter().map(|value| (value * scale + 0.5) as u8).collect()
 }
 
-/// The detector of a game: AprilTag's unless the game inserts its own.
-#[derive(Resource)]
-pub struct MarkerDetection(pub Box<dyn MarkerDetector>);
+/// The detector of a game: AprilTag's unless the game inserts its own. Runs in the background for live feeds.
+#[derive(Resource, Clone)]
+pub struct MarkerDetection(Arc<Mutex<dyn MarkerDetector>>);
 
 impl MarkerDetection {
+    /// A detector of the game.
+    pub fn new(detector: impl MarkerDetector + 'static) -> Self {
+        Self(Arc::new(Mutex::new(detector)))
+    }
+
     /// The detector this crate was built with.
     ///
     /// # Errors
@@ -130,9 +139,18 @@ impl MarkerDetection {
     /// another version was linked.
     pub fn built_in() -> Result<Self, TrackingError> {
         #[cfg(feature = "apriltag")]
-        return Ok(Self(Box::new(super::AprilTagDetector::new()?)));
+        return Ok(Self::new(super::AprilTagDetector::new()?));
         #[cfg(not(feature = "apriltag"))]
         Err(TrackingError::NoDetector)
+    }
+
+    /// [`find_markers`], and how long it took. Waits while another camera's picture is searched.
+    pub(super) fn find(&self, frame: &FramePixels, wanted: &[u32]) -> (Vec<DetectedMarker>, Duration) {
+        // A detector that panicked once may work on the next picture.
+        let mut detector = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let started = Instant::now();
+        let markers = find_markers(&mut *detector, frame, wanted);
+        (markers, started.elapsed())
     }
 }
 

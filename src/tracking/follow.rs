@@ -2,11 +2,13 @@
 
 use super::{
     DetectedMarkers, MarkerAnchor, MarkerDetection, MarkerState, MarkerTracking, PoseCandidates, TrackingError,
-    WorldOrigin, find_markers,
+    WorldOrigin,
 };
-use crate::camera::{ArCamera, CameraFrame};
-use bevy::prelude::*;
-use std::time::Instant;
+use crate::camera::{ArCamera, ArrivingFrame, CameraFrame};
+use bevy::{
+    prelude::*,
+    tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
+};
 
 pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<MarkerAnchor>>) {
     for (entity, anchor) in &anchors {
@@ -16,16 +18,64 @@ pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<Mark
     }
 }
 
-type FramedCamera = (Entity, &'static ArCamera, &'static CameraFrame, Option<&'static DetectedMarkers>);
+/// The numbers that the game's anchors wait for.
+fn wanted_ids<'a>(anchors: impl Iterator<Item = &'a MarkerAnchor>) -> Vec<u32> {
+    anchors.filter(|anchor| anchor.check().is_ok()).map(|anchor| anchor.id).collect()
+}
 
+/// A picture that is being searched for markers in the background.
+#[derive(Component)]
+pub(super) struct RunningDetection(Task<(CameraFrame, DetectedMarkers)>);
+
+type ArrivedCamera = (Entity, &'static ArrivingFrame, Has<RunningDetection>);
+
+/// Lets pictures through together with their markers; one picture of a camera is searched at a time.
+pub(super) fn detect_in_background(
+    mut commands: Commands,
+    detection: Option<Res<MarkerDetection>>,
+    mut running: Query<(Entity, &mut RunningDetection)>,
+    arrived: Query<ArrivedCamera>,
+    anchors: Query<&MarkerAnchor>,
+) {
+    let mut finished = Vec::new();
+    for (camera, mut running) in &mut running {
+        if let Some(found) = check_ready(&mut running.0) {
+            commands.entity(camera).remove::<RunningDetection>().insert(found);
+            finished.push(camera);
+        }
+    }
+    for (camera, arriving, is_running) in &arrived {
+        if is_running && !finished.contains(&camera) {
+            continue;
+        }
+        let frame = arriving.0.clone();
+        let mut camera = commands.entity(camera);
+        camera.remove::<ArrivingFrame>();
+        let Some(detection) = detection.as_deref().cloned() else {
+            camera.insert(frame);
+            continue;
+        };
+        let wanted = wanted_ids(anchors.iter());
+        let search = async move {
+            let (markers, cpu_time) = detection.find(&frame.pixels, &wanted);
+            let detected = DetectedMarkers { sequence: frame.sequence, markers, cpu_time };
+            (frame, detected)
+        };
+        camera.insert(RunningDetection(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(search)));
+    }
+}
+
+type FramedCamera = (Entity, &'static CameraFrame, Option<&'static DetectedMarkers>);
+
+/// Searches pictures that were let through without: those of feeds in lockstep, and those the game inserts itself.
 pub(super) fn detect_markers(
     mut commands: Commands,
-    detection: Option<ResMut<MarkerDetection>>,
-    cameras: Query<FramedCamera>,
+    detection: Option<Res<MarkerDetection>>,
+    cameras: Query<FramedCamera, With<ArCamera>>,
     anchors: Query<Ref<MarkerAnchor>>,
 ) {
     let anchors_changed = anchors.iter().any(|anchor| anchor.is_changed());
-    let wanted: Vec<u32> = anchors.iter().filter(|a| a.check().is_ok()).map(|anchor| anchor.id).collect();
+    let wanted = wanted_ids(anchors.iter().map(Ref::into_inner));
     let is_due = |frame: &CameraFrame, last: Option<&DetectedMarkers>| {
         let Some(last) = last.filter(|last| last.sequence == frame.sequence) else {
             return true;
@@ -33,24 +83,18 @@ pub(super) fn detect_markers(
         // An anchor that came after the picture may be worth the search at full resolution.
         anchors_changed && wanted.iter().any(|id| last.markers.iter().all(|marker| marker.id != *id))
     };
-    let due: Vec<_> = cameras.iter().filter(|(.., frame, last)| is_due(frame, *last)).collect();
-    if due.is_empty() {
-        return;
-    }
-    let Some(mut detection) = detection else {
-        if !wanted.is_empty() {
-            warn_once!("{}", TrackingError::NoDetector);
+    for (camera, frame, last) in &cameras {
+        if !is_due(frame, last) {
+            continue;
         }
-        return;
-    };
-    for (camera, ar_camera, frame, _) in due {
-        if ar_camera.intrinsics.is_none() && !wanted.is_empty() {
-            warn_once!("ArCamera {camera} has no intrinsics: poses are measured with an assumed field of view of 60°");
-        }
-        let started = Instant::now();
-        let markers = find_markers(&mut *detection.0, &frame.pixels, &wanted);
-        let detected = DetectedMarkers { sequence: frame.sequence, markers, cpu_time: started.elapsed() };
-        commands.entity(camera).insert(detected);
+        let Some(detection) = &detection else {
+            if !wanted.is_empty() {
+                warn_once!("{}", TrackingError::NoDetector);
+            }
+            return;
+        };
+        let (markers, cpu_time) = detection.find(&frame.pixels, &wanted);
+        commands.entity(camera).insert(DetectedMarkers { sequence: frame.sequence, markers, cpu_time });
     }
 }
 
@@ -64,7 +108,10 @@ pub(super) fn estimate_poses(
     let Some((ar_camera, frame, detected)) = cameras.iter().next() else {
         return;
     };
-    let intrinsics = ar_camera.intrinsics_for(frame.pixels.size);
+    if ar_camera.intrinsics.is_none() && frame.intrinsics.is_none() && !anchors.is_empty() {
+        warn_once!("ArCamera has no intrinsics: poses are measured with an assumed field of view of 60°");
+    }
+    let intrinsics = ar_camera.intrinsics_for(frame);
     for (anchor, mut tracking) in &mut anchors {
         if !(detected.is_changed() || anchor.is_changed()) || anchor.check().is_err() {
             continue;

@@ -35,7 +35,7 @@ pub use pose::{MarkerPose, PoseCandidates};
 #[cfg(feature = "apriltag")]
 pub use print::marker_sheet_svg;
 
-use crate::MirrorballSystems;
+use crate::{MirrorballSystems, camera::PicturesAwaitTracking};
 use bevy::prelude::*;
 use std::time::Duration;
 
@@ -165,10 +165,17 @@ impl Plugin for TrackingPlugin {
             .register_type::<WorldOrigin>()
             .register_type::<MarkerTracking>()
             .register_type::<DetectedMarkers>()
+            .init_resource::<PicturesAwaitTracking>()
             .configure_sets(PreUpdate, MirrorballSystems::Track.after(MirrorballSystems::Poll))
             .add_systems(
                 PreUpdate,
-                (follow::check_anchors, follow::detect_markers, follow::estimate_poses, follow::apply_poses)
+                (
+                    follow::check_anchors,
+                    follow::detect_in_background,
+                    follow::detect_markers,
+                    follow::estimate_poses,
+                    follow::apply_poses,
+                )
                     .chain()
                     .in_set(MirrorballSystems::Track),
             );

@@ -1,0 +1,209 @@
+//! The stage drawn to files: every picture of the feed in turn, one after the other.
+
+use crate::{Outcome, Show, asset_plugin, dancer::Dance, options::Options};
+use bevy::{
+    asset::{LoadState, RecursiveDependencyLoadState},
+    log::LogPlugin,
+    prelude::*,
+    render::diagnostic::RenderDiagnosticsPlugin,
+    time::TimeUpdateStrategy,
+};
+use bevy_mirrorball::{
+    camera::{FeedState, FeedStatistics},
+    debug::{CheckLevel, Checklist},
+    offscreen,
+    prelude::*,
+    probe::{EnvironmentCube, ProbeMeasurement},
+    tracking::MarkerTracking,
+};
+use image::{RgbImage, imageops};
+use serde_json::{Value, json};
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
+
+/// Frames drawn before the first picture counts, in which Bevy prepares materials and pipelines.
+const WARM_UP_FRAMES: u32 = 2;
+/// Longest wait for the scene, for a first picture and for its light.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// The dance goes on by this much from picture to picture.
+const STEP: Duration = Duration::from_nanos(1_000_000_000 / 15);
+/// Width of a picture in the contact sheet, and pictures in a row.
+const THUMBNAIL_WIDTH: u32 = 160;
+const SHEET_COLUMNS: u32 = 10;
+
+pub(crate) fn run(options: &Options) -> Outcome<()> {
+    std::fs::create_dir_all(&options.out)
+        .map_err(|error| format!("cannot make the folder {}: {error}", options.out.display()))?;
+    let (feed, size) = options.camera_feed()?;
+    let feed = feed.with_pace(FeedPace::Lockstep);
+    // A software driver is what most machines without a display have; Bevy's and wgpu's notices about it help nobody here.
+    let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
+    let plugins = offscreen::default_plugins().set(asset_plugin(options)?);
+    let mut app = offscreen::build_app(plugins, |app| {
+        app.add_plugins((log, RenderDiagnosticsPlugin, MirrorballPlugins));
+    })?;
+    let (picture, target) = offscreen::add_target(&mut app, size);
+    let show = Show::add(&mut app, options)?;
+    wait_for_scene(&mut app, &show, options)?;
+    let ar_camera = ArCamera { intrinsics: options.intrinsics(size), ..default() };
+    let camera = app.world_mut().spawn((ar_camera, target, feed.clone())).id();
+    warm_up(&mut app)?;
+
+    // From the first picture on, and from the first beat.
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(STEP)).insert_resource(Dance::default());
+    app.world_mut().entity_mut(camera).insert(feed);
+    let mut sheet = ContactSheet::new(size, options.frames);
+    let mut lines = Vec::new();
+    let mut failure = None;
+    let started = Instant::now();
+    offscreen::record(
+        &mut app,
+        &picture,
+        options.frames,
+        |app, frame| lines.push(report_line(app, frame)),
+        |frame, bytes| {
+            let saved = save(size, &bytes, &options.out.join(format!("frame_{frame:04}.png")));
+            match saved {
+                Ok(picture) => sheet.add(frame, &picture),
+                Err(error) => failure = Some(error),
+            }
+        },
+    )?;
+    let seconds = started.elapsed().as_secs_f64();
+    if let Some(error) = failure {
+        return Err(error);
+    }
+    sheet.save(&options.out.join("contact_sheet.png"))?;
+    let path = options.out.join("report.json");
+    let report = json!({ "frames": lines, "seconds": seconds });
+    std::fs::write(&path, serde_json::to_string_pretty(&report)?)
+        .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    println!("dance_stage: {} pictures in {seconds:.1} s, see {}", options.frames, options.out.display());
+    print_checklist(&mut app)
+}
+
+fn wait_for_scene(app: &mut App, show: &Show, options: &Options) -> Outcome<()> {
+    let assets = app.world().resource::<AssetServer>().clone();
+    let file = options.scene_file();
+    let started = Instant::now();
+    while started.elapsed() < PATIENCE {
+        app.update();
+        if let Some(LoadState::Failed(error)) = assets.get_load_state(&show.scene) {
+            return Err(format!("cannot load {}: {error}", file.display()).into());
+        }
+        if let Some(RecursiveDependencyLoadState::Failed(error)) =
+            assets.get_recursive_dependency_load_state(&show.scene)
+        {
+            return Err(format!("cannot load what {} refers to: {error}", file.display()).into());
+        }
+        let world = app.world_mut();
+        let has_spawned = world.query::<&MarkerAnchor>().iter(world).next().is_some();
+        if has_spawned && assets.is_loaded_with_dependencies(&show.scene) {
+            return Ok(());
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    Err(format!("{} did not load in time, or no node of it has the extras MarkerAnchor", file.display()).into())
+}
+
+/// Shaders load in the background: updates until there is a picture and, if its ball can be seen, its light.
+fn warm_up(app: &mut App) -> Outcome<()> {
+    let started = Instant::now();
+    while started.elapsed() < PATIENCE {
+        app.update();
+        let world = app.world_mut();
+        let state = world.query::<&FeedState>().iter(world).next().cloned().unwrap_or_default();
+        if let FeedState::Failed(reason) = state {
+            return Err(reason.into());
+        }
+        if world.query::<&CameraFrame>().iter(world).next().is_none() {
+            std::thread::sleep(Duration::from_millis(5));
+            continue;
+        }
+        let sees_ball = world.query::<&ProbeMeasurement>().iter(world).any(|probe| probe.is_in_view);
+        let cube = world.query::<&EnvironmentCube>().iter(world).next().map(|cube| cube.0.clone());
+        let is_lit = match cube {
+            Some(cube) if sees_ball => offscreen::read_texture(app, &cube)?.iter().any(|byte| *byte != 0),
+            _ => true,
+        };
+        if is_lit {
+            for _ in 0..WARM_UP_FRAMES {
+                app.update();
+            }
+            return Ok(());
+        }
+    }
+    Err("no picture arrived, or it gave no light".into())
+}
+
+fn report_line(app: &mut App, frame: u32) -> Value {
+    let world = app.world_mut();
+    let tracking = world.query::<&MarkerTracking>().iter(world).next().cloned().unwrap_or_default();
+    let probe = world.query::<&ProbeMeasurement>().iter(world).next().cloned().unwrap_or_default();
+    let statistics = world.query::<&FeedStatistics>().iter(world).next().cloned().unwrap_or_default();
+    let rows = tracking
+        .camera_from_marker
+        .map(|pose| Mat4::from(bevy::math::Affine3A::from(pose)).transpose().to_cols_array());
+    json!({
+        "frame": frame,
+        "picture": statistics.pictures,
+        "dropped": statistics.dropped,
+        "marker": format!("{:?}", tracking.state),
+        "camera_from_marker": rows,
+        "ball_in_view": probe.is_in_view,
+        "clipped_share": probe.clipped_share,
+        "gain": probe.gain.to_array(),
+        "memory_mib": resident_memory(),
+    })
+}
+
+/// Memory of this process in MiB, where the system tells.
+fn resident_memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<f64>().ok().map(|kib| kib / 1024.0)
+}
+
+fn save(size: UVec2, rgba: &[u8], path: &Path) -> Outcome<RgbImage> {
+    let rgb = rgba.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
+    let picture = RgbImage::from_raw(size.x, size.y, rgb).ok_or("a picture came back in the wrong size")?;
+    picture.save(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    Ok(picture)
+}
+
+/// All pictures small, in rows.
+struct ContactSheet {
+    thumbnail: UVec2,
+    sheet: RgbImage,
+}
+
+impl ContactSheet {
+    fn new(size: UVec2, frames: u32) -> Self {
+        let thumbnail = UVec2::new(THUMBNAIL_WIDTH, (THUMBNAIL_WIDTH * size.y / size.x).max(1));
+        let (columns, rows) = (frames.min(SHEET_COLUMNS), frames.div_ceil(SHEET_COLUMNS));
+        Self { thumbnail, sheet: RgbImage::new(columns * thumbnail.x, rows * thumbnail.y) }
+    }
+
+    fn add(&mut self, frame: u32, picture: &RgbImage) {
+        let small = imageops::thumbnail(picture, self.thumbnail.x, self.thumbnail.y);
+        let at = UVec2::new(frame % SHEET_COLUMNS, frame / SHEET_COLUMNS) * self.thumbnail;
+        imageops::replace(&mut self.sheet, &small, at.x.into(), at.y.into());
+    }
+
+    fn save(&self, path: &Path) -> Outcome<()> {
+        Ok(self.sheet.save(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?)
+    }
+}
+
+/// What could be better, as the panel would say.
+fn print_checklist(app: &mut App) -> Outcome<()> {
+    let world = app.world_mut();
+    let checks =
+        world.run_system_cached(|checklist: Checklist| checklist.checks()).map_err(|error| error.to_string())?;
+    for check in checks.iter().filter(|check| check.level != CheckLevel::Good) {
+        println!("dance_stage: {}: {}", check.topic, check.text);
+    }
+    Ok(())
+}

@@ -1,0 +1,153 @@
+//! The command line.
+
+use bevy::math::{UVec2, Vec2};
+use bevy_mirrorball::{
+    camera::Clip,
+    prelude::{CameraFeed, Intrinsics},
+};
+use lexopt::prelude::{Long, Short, ValueExt};
+use std::path::{Path, PathBuf};
+
+pub(crate) const USAGE: &str = "\
+A dancer on a real desk, lit by the room that a mirrored ball shows.
+
+usage: dance_stage [OPTIONS]
+
+  --feed clip:DIR          a folder of pictures with a sidecar clip.json; repeated for ever
+                           (default: the recorded desk in assets/desk_clip)
+         image:FILE        one picture
+         device:N          webcam number N (needs the feature `webcam`)
+  --intrinsics FX,FY,CX,CY the camera's focal lengths and principal point in pixels of its pictures
+  --fov DEG                or its horizontal field of view, if it was never calibrated
+                           (default: what the clip's sidecar says, else 60)
+  --scene FILE             a glTF scene to show instead of the dance stage; its node extras say where marker, ball and
+                           real things are (default: assets/desk/set.glb, the real desk, and the stage on it)
+  --headless               draw to files instead of a window; chosen by itself where there is no display
+  --frames N               pictures to draw then (default 60)
+  --out DIR                folder for them, frame_0000.png and so on, a contact sheet and report.json (default dance_stage_out)
+
+Keys: 1 to 9 switch one thing between toon and image-based, T all of them, Tab the panel, Space holds the dance, Esc ends.";
+
+/// What a webcam is asked for; intrinsics are understood for this size.
+const DEVICE_SIZE: UVec2 = UVec2::new(640, 480);
+
+pub(crate) enum Feed {
+    Clip(PathBuf),
+    Image(PathBuf),
+    Device(u32),
+}
+
+enum Lens {
+    Intrinsics([f32; 4]),
+    FieldOfView(f32),
+}
+
+pub(crate) struct Options {
+    pub feed: Feed,
+    lens: Option<Lens>,
+    pub scene: Option<PathBuf>,
+    pub is_headless: bool,
+    pub frames: u32,
+    pub out: PathBuf,
+}
+
+impl Options {
+    /// `None` if help was asked for.
+    pub(crate) fn from_command_line() -> Result<Option<Self>, lexopt::Error> {
+        let mut parser = lexopt::Parser::from_env();
+        let mut options = Self {
+            feed: Feed::Clip(asset("desk_clip")),
+            lens: None,
+            scene: None,
+            is_headless: false,
+            frames: 60,
+            out: "dance_stage_out".into(),
+        };
+        while let Some(argument) = parser.next()? {
+            match argument {
+                Long("feed") => options.feed = parser.value()?.parse_with(parse_feed)?,
+                Long("intrinsics") => {
+                    options.lens = Some(Lens::Intrinsics(parser.value()?.parse_with(parse_intrinsics)?))
+                }
+                Long("fov") => options.lens = Some(Lens::FieldOfView(parser.value()?.parse_with(parse_fov)?)),
+                Long("scene") => options.scene = Some(parser.value()?.into()),
+                Long("headless") => options.is_headless = true,
+                Long("frames") => options.frames = parser.value()?.parse_with(parse_frames)?,
+                Long("out") => options.out = parser.value()?.into(),
+                Long("help") | Short('h') => return Ok(None),
+                other => return Err(other.unexpected()),
+            }
+        }
+        Ok(Some(options))
+    }
+
+    /// The glTF file that says where the real things are.
+    pub(crate) fn scene_file(&self) -> PathBuf {
+        self.scene.clone().unwrap_or_else(|| asset("desk/set.glb"))
+    }
+
+    /// Opens nothing yet that could take long, but finds out whether the feed can work, and how large its pictures are.
+    pub(crate) fn camera_feed(&self) -> Result<(CameraFeed, UVec2), Box<dyn std::error::Error>> {
+        Ok(match &self.feed {
+            Feed::Clip(folder) => (CameraFeed::clip(folder), Clip::open(folder)?.size),
+            Feed::Image(path) => {
+                let (width, height) = image::image_dimensions(path)
+                    .map_err(|error| format!("cannot read the picture {}: {error}", path.display()))?;
+                (CameraFeed::picture(path), UVec2::new(width, height))
+            }
+            Feed::Device(index) => (device_feed(*index)?, DEVICE_SIZE),
+        })
+    }
+
+    /// The intrinsics that the command line gives.
+    pub(crate) fn intrinsics(&self, size: UVec2) -> Option<Intrinsics> {
+        self.lens.as_ref().map(|lens| match *lens {
+            Lens::Intrinsics([fx, fy, cx, cy]) => {
+                Intrinsics { focal: Vec2::new(fx, fy), center: Vec2::new(cx, cy), size }
+            }
+            Lens::FieldOfView(degrees) => Intrinsics::from_horizontal_fov(size, degrees.to_radians()),
+        })
+    }
+}
+
+fn device_feed(_index: u32) -> Result<CameraFeed, &'static str> {
+    Err("this program was built without webcams; build it with `--features egui,webcam`")
+}
+
+/// A file of the package, wherever the program is started by cargo.
+fn asset(name: &str) -> PathBuf {
+    let package = std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(PathBuf::new, PathBuf::from);
+    package.join("assets").join(Path::new(name))
+}
+
+fn parse_feed(text: &str) -> Result<Feed, String> {
+    let expected = || format!("--feed takes clip:DIR, image:FILE or device:N, not {text}");
+    match text.split_once(':').filter(|(_, what)| !what.is_empty()).ok_or_else(expected)? {
+        ("clip", folder) => Ok(Feed::Clip(folder.into())),
+        ("image", file) => Ok(Feed::Image(file.into())),
+        ("device", number) => number.parse().map(Feed::Device).map_err(|_| expected()),
+        _ => Err(expected()),
+    }
+}
+
+fn parse_intrinsics(text: &str) -> Result<[f32; 4], String> {
+    let numbers: Result<Vec<f32>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    match numbers.ok().and_then(|numbers| <[f32; 4]>::try_from(numbers).ok()) {
+        Some(n) if n.iter().all(|n| n.is_finite()) && n[0] > 0.0 && n[1] > 0.0 => Ok(n),
+        _ => Err("--intrinsics takes four numbers FX,FY,CX,CY in pixels, the focal lengths above 0".to_owned()),
+    }
+}
+
+fn parse_fov(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(degrees) if (1.0..=170.0).contains(&degrees) => Ok(degrees),
+        _ => Err("--fov takes the horizontal field of view in degrees, 1 to 170".to_owned()),
+    }
+}
+
+fn parse_frames(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(frames) if frames > 0 => Ok(frames),
+        _ => Err("--frames takes a whole number above 0".to_owned()),
+    }
+}

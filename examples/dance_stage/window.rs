@@ -1,0 +1,95 @@
+//! The stage in a window, with the measuring panel beside the picture.
+
+use crate::{Outcome, Show, asset_plugin, options::Options, stage};
+use bevy::{
+    camera::{CameraOutputMode, Viewport, visibility::RenderLayers},
+    log::LogPlugin,
+    prelude::*,
+    render::{diagnostic::RenderDiagnosticsPlugin, render_resource::BlendState},
+    window::{PrimaryWindow, WindowResolution},
+};
+use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
+use bevy_mirrorball::{
+    debug::{MeasuringPanel, MeasuringPanelPlugin},
+    prelude::*,
+};
+
+const TITLE: &str = "dance stage · 1…6 and T: toon or image-based · Tab: panel · Space: hold · Esc: end";
+
+pub(crate) fn run(options: &Options) -> Outcome<()> {
+    let (feed, size) = options.camera_feed()?;
+    let camera = (ArCamera { intrinsics: options.intrinsics(size), ..default() }, feed);
+    let panel = MeasuringPanel::default();
+    let window = Window {
+        title: TITLE.to_owned(),
+        resolution: WindowResolution::new(size.x + panel.width as u32, size.y),
+        ..default()
+    };
+    let mut app = App::new();
+    app.add_plugins((
+        DefaultPlugins
+            .set(asset_plugin(options)?)
+            .set(LogPlugin { filter: "warn,wgpu_hal=error,wgpu_core=error".to_owned(), ..default() })
+            .set(WindowPlugin { primary_window: Some(window), ..default() }),
+        RenderDiagnosticsPlugin,
+        MirrorballPlugins,
+        MeasuringPanelPlugin,
+    ))
+    .insert_resource(ClearColor(Color::srgb(0.11, 0.11, 0.12)))
+    .add_systems(Startup, spawn_panel_camera)
+    .add_systems(Update, (stage::switch_styles, stage::hold_the_dance, open_panel, end))
+    .add_systems(PreUpdate, leave_room_for_panel);
+    app.world_mut().spawn(camera);
+    Show::add(&mut app, options)?;
+    match app.run() {
+        AppExit::Success => Ok(()),
+        AppExit::Error(code) => Err(format!("ended with code {code}").into()),
+    }
+}
+
+/// The panel lies over the whole window, the camera's picture takes only a part of it.
+fn spawn_panel_camera(mut commands: Commands, mut settings: ResMut<EguiGlobalSettings>) {
+    settings.auto_create_primary_context = false;
+    let output_mode =
+        CameraOutputMode::Write { blend_state: Some(BlendState::ALPHA_BLENDING), clear_color: ClearColorConfig::None };
+    commands.spawn((
+        PrimaryEguiContext,
+        Camera2d,
+        RenderLayers::none(),
+        Camera { order: 1, output_mode, clear_color: ClearColorConfig::Custom(Color::NONE), ..default() },
+    ));
+}
+
+/// The camera's picture ends where the panel begins.
+fn leave_room_for_panel(
+    panel: Res<MeasuringPanel>,
+    windows: Query<&Window, With<PrimaryWindow>>,
+    mut cameras: Query<&mut Camera, With<ArCamera>>,
+) {
+    let Ok(window) = windows.single() else {
+        return;
+    };
+    let taken = if panel.is_open { panel.width * window.scale_factor() } else { 0.0 };
+    let width = window.physical_width().saturating_sub(taken as u32);
+    let physical_size = UVec2::new(width, window.physical_height());
+    // A minimized window has no size, and a narrow one no room beside the panel.
+    let viewport = (physical_size.min_element() > 0).then(|| Viewport { physical_size, ..default() });
+    for mut camera in &mut cameras {
+        if camera.viewport.as_ref().map(|viewport| viewport.physical_size) != viewport.as_ref().map(|v| v.physical_size)
+        {
+            camera.viewport.clone_from(&viewport);
+        }
+    }
+}
+
+fn open_panel(keys: Res<ButtonInput<KeyCode>>, mut panel: ResMut<MeasuringPanel>) {
+    if keys.just_pressed(KeyCode::Tab) {
+        panel.is_open = !panel.is_open;
+    }
+}
+
+fn end(keys: Res<ButtonInput<KeyCode>>, mut exit: MessageWriter<AppExit>) {
+    if keys.just_pressed(KeyCode::Escape) {
+        exit.write(AppExit::Success);
+    }
+}

@@ -1,0 +1,158 @@
+//! Images of the game as camera pictures.
+
+use super::{
+    CameraError, CameraFeed, FramePixels,
+    feed::{FeedSource, Picture},
+    source::{Arrival, FrameSource},
+};
+use bevy::{
+    ecs::observer::On,
+    prelude::*,
+    render::{
+        gpu_readback::{Readback, ReadbackComplete},
+        render_resource::{TextureFormat, TextureUsages},
+    },
+};
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::{Duration, Instant},
+};
+
+/// Where the newest pixels of an image lie until the feed is polled.
+type Slot = Arc<Mutex<Option<Delivery>>>;
+
+struct Delivery {
+    pixels: Result<FramePixels, CameraError>,
+    time: Duration,
+    dropped: u64,
+}
+
+fn deliver(slot: &Slot, convert: impl FnOnce() -> Result<FramePixels, CameraError>) {
+    let started = Instant::now();
+    let pixels = convert();
+    let mut slot = slot.lock().unwrap_or_else(PoisonError::into_inner);
+    let dropped = slot.take().map_or(0, |unseen| unseen.dropped + 1);
+    *slot = Some(Delivery { pixels, time: started.elapsed(), dropped });
+}
+
+/// The source of a feed that shows an image.
+#[derive(Default)]
+pub(super) struct ImageSource(Slot);
+
+impl FrameSource for ImageSource {
+    fn poll(&mut self, now: Duration) -> Arrival {
+        let Some(delivery) = self.0.lock().unwrap_or_else(PoisonError::into_inner).take() else {
+            return Arrival::default();
+        };
+        match delivery.pixels {
+            Ok(pixels) => {
+                let picture =
+                    Picture { pixels: Arc::new(pixels), captured: now, decode_time: delivery.time, intrinsics: None };
+                Arrival { picture: Some(picture), dropped: delivery.dropped, ..default() }
+            }
+            // The game may change the image.
+            Err(error) => Arrival::lost(&error),
+        }
+    }
+
+    fn image_slot(&self) -> Option<ImageSlot> {
+        Some(ImageSlot(self.0.clone()))
+    }
+}
+
+/// The other end of an [`ImageSource`].
+#[derive(Component)]
+pub(super) struct ImageSlot(Slot);
+
+/// Reads an image back from the GPU for the feed of its parent.
+#[derive(Component)]
+pub(super) struct ImageReader;
+
+type WatchedFeed = (Entity, &'static CameraFeed, Ref<'static, ImageSlot>, Option<&'static Children>);
+
+pub(super) fn watch_images(
+    mut commands: Commands,
+    mut events: MessageReader<AssetEvent<Image>>,
+    images: Res<Assets<Image>>,
+    feeds: Query<WatchedFeed>,
+    readers: Query<(), With<ImageReader>>,
+) {
+    let changed: Vec<AssetId<Image>> = events
+        .read()
+        .filter_map(|event| match event {
+            AssetEvent::Added { id } | AssetEvent::Modified { id } => Some(*id),
+            _ => None,
+        })
+        .collect();
+    for (camera, feed, slot, children) in &feeds {
+        let FeedSource::Image(handle) = &feed.source else {
+            continue;
+        };
+        if !slot.is_added() && !changed.contains(&handle.id()) {
+            continue;
+        }
+        let Some(image) = images.get(handle) else {
+            continue; // still loading
+        };
+        let (size, format) = (image.size(), image.texture_descriptor.format);
+        let reader = children.into_iter().flatten().find(|child| readers.contains(**child)).copied();
+        if let Some(bytes) = &image.data {
+            deliver(&slot.0, || from_texture(size, format, bytes));
+            if let Some(reader) = reader {
+                commands.entity(reader).despawn();
+            }
+        } else if !image.texture_descriptor.usage.contains(TextureUsages::COPY_SRC) {
+            deliver(&slot.0, || Err(CameraError::Image("it is not on the CPU and lacks the texture usage COPY_SRC")));
+        } else if reader.is_none() {
+            let slot = slot.0.clone();
+            commands.spawn((ImageReader, Readback::texture(handle.clone()), ChildOf(camera))).observe(
+                move |answer: On<ReadbackComplete>| deliver(&slot, || from_texture(size, format, &answer.data)),
+            );
+        }
+    }
+}
+
+/// wgpu aligns the rows of textures that are copied to the CPU to this many bytes.
+const ROW_ALIGNMENT: usize = 256;
+
+/// The bytes of a texture copied from the GPU without the padding behind each of its rows, which are `row` bytes long.
+pub(crate) fn unpad_rows(bytes: &[u8], row: usize) -> Vec<u8> {
+    let padded_row = row.next_multiple_of(ROW_ALIGNMENT);
+    bytes.chunks(padded_row).flat_map(|padded| &padded[..row.min(padded.len())]).copied().collect()
+}
+
+/// Pixels from the bytes of a texture.
+fn from_texture(size: UVec2, format: TextureFormat, bytes: &[u8]) -> Result<FramePixels, CameraError> {
+    let swaps_red_and_blue = match format {
+        TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb => false,
+        TextureFormat::Bgra8Unorm | TextureFormat::Bgra8UnormSrgb => true,
+        _ => return Err(CameraError::Image("its format is neither 8-bit Rgba8 nor Bgra8")),
+    };
+    let mut rgba = bytes.to_vec();
+    if swaps_red_and_blue {
+        for pixel in rgba.chunks_exact_mut(4) {
+            pixel.swap(0, 2);
+        }
+    }
+    FramePixels::new(size, rgba).ok_or(CameraError::Image("it has not as many bytes as its size says"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn padding_goes_and_blue_changes_places_with_red() {
+        let mut bytes = vec![9; 2 * ROW_ALIGNMENT];
+        bytes[..4].copy_from_slice(&[1, 2, 3, 4]);
+        bytes[ROW_ALIGNMENT..ROW_ALIGNMENT + 4].copy_from_slice(&[5, 6, 7, 8]);
+        let pixels = from_texture(UVec2::new(1, 2), TextureFormat::Bgra8Unorm, &unpad_rows(&bytes, 4)).expect("fits");
+        assert_eq!(pixels.rgba, [3, 2, 1, 4, 7, 6, 5, 8]);
+    }
+
+    #[test]
+    fn other_formats_and_wrong_lengths_are_refused() {
+        assert!(from_texture(UVec2::ONE, TextureFormat::Rgba16Float, &[0; 8]).is_err());
+        assert!(from_texture(UVec2::ONE, TextureFormat::Rgba8Unorm, &[0; 3]).is_err());
+    }
+}

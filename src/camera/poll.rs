@@ -1,0 +1,98 @@
+//! The systems that open feeds and take their pictures in.
+
+use super::{
+    CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics,
+    image_feed::{ImageReader, ImageSlot},
+    source::{self, OpenFeed},
+};
+use bevy::prelude::*;
+
+/// Exists if pictures become [`CameraFrame`]s only when somebody has looked for markers in them.
+#[derive(Resource, Default)]
+pub(crate) struct PicturesAwaitTracking;
+
+/// A picture that has arrived and waits to be searched for markers.
+#[derive(Component)]
+pub(crate) struct ArrivingFrame(pub(crate) CameraFrame);
+
+type ChangedFeed = (Entity, &'static CameraFeed, &'static mut FeedState, Option<&'static Children>);
+
+pub(super) fn open_feeds(
+    mut commands: Commands,
+    mut feeds: Query<ChangedFeed, Changed<CameraFeed>>,
+    readers: Query<(), With<ImageReader>>,
+) {
+    for (camera, feed, mut state, children) in &mut feeds {
+        commands.entity(camera).remove::<(OpenFeed, ImageSlot, ArrivingFrame)>();
+        for reader in children.into_iter().flatten().filter(|child| readers.contains(**child)) {
+            commands.entity(*reader).despawn();
+        }
+        match source::open(feed) {
+            Ok(open) => {
+                if let Some(slot) = open.0.image_slot() {
+                    commands.entity(camera).insert(slot);
+                }
+                commands.entity(camera).insert(open);
+                state.set_if_neq(FeedState::Waiting);
+            }
+            Err(error) => say(camera, &mut state, FeedState::Failed(error.to_string())),
+        }
+    }
+}
+
+/// Changes a state and logs what a user has to know.
+fn say(camera: Entity, state: &mut Mut<FeedState>, new: FeedState) {
+    if !state.set_if_neq(new) {
+        return;
+    }
+    match &**state {
+        FeedState::Failed(reason) => error!("camera {camera}: {reason}"),
+        FeedState::Lost(reason) => warn!("camera {camera}: {reason}"),
+        FeedState::Playing => debug!("camera {camera}: pictures arrive"),
+        FeedState::Waiting => {}
+    }
+}
+
+type PolledFeed = (
+    Entity,
+    &'static CameraFeed,
+    &'static mut OpenFeed,
+    &'static mut FeedState,
+    &'static mut FeedStatistics,
+    Has<ArrivingFrame>,
+);
+
+pub(super) fn poll_feeds(
+    mut commands: Commands,
+    mut feeds: Query<PolledFeed>,
+    time: Res<Time<Real>>,
+    awaits_tracking: Option<Res<PicturesAwaitTracking>>,
+) {
+    for (camera, feed, mut open, mut state, mut statistics, is_one_waiting) in &mut feeds {
+        let arrival = open.0.poll(time.elapsed());
+        if arrival.dropped > 0 {
+            statistics.dropped += arrival.dropped;
+        }
+        if let Some(new) = arrival.state {
+            say(camera, &mut state, new);
+        }
+        let Some(picture) = arrival.picture else {
+            continue;
+        };
+        say(camera, &mut state, FeedState::Playing);
+        statistics.note_picture(arrival.dropped, picture.captured, picture.decode_time);
+        let frame = CameraFrame {
+            pixels: picture.pixels,
+            sequence: statistics.pictures,
+            captured: picture.captured,
+            intrinsics: picture.intrinsics,
+        };
+        if awaits_tracking.is_some() && feed.pace == FeedPace::Live {
+            // The newest wins: the one still waiting will never be seen.
+            statistics.dropped += u64::from(is_one_waiting);
+            commands.entity(camera).insert(ArrivingFrame(frame));
+        } else {
+            commands.entity(camera).insert(frame);
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! The figures of the stages as Bevy diagnostics.
+
+use crate::{
+    MirrorballSystems,
+    camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, FeedStatistics},
+    probe::ProbeMeasurement,
+    tracking::DetectedMarkers,
+};
+use bevy::{
+    diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic},
+    prelude::*,
+    render::{Extract, ExtractSchedule, Render, RenderApp, RenderSystems, renderer::RenderQueue},
+};
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::{Duration, Instant},
+};
+
+/// Pictures per second that the source delivers.
+pub const CAPTURE_RATE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/capture_rate");
+/// Pictures the game has never seen.
+pub const DROPPED: DiagnosticPath = DiagnosticPath::const_new("mirrorball/dropped");
+/// Milliseconds to decode a picture.
+pub const DECODE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/decode");
+/// Milliseconds to search a picture for markers.
+pub const DETECT: DiagnosticPath = DiagnosticPath::const_new("mirrorball/detect");
+/// Milliseconds to measure ball and paper.
+pub const MEASURE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/measure");
+/// Milliseconds from the capture of a picture until the GPU has finished the frame lit by it. Not measured in
+/// [lockstep](FeedPace::Lockstep), where pictures have the time of their recording.
+///
+/// The end of a frame is noticed when the next one is handed to the GPU: the value is at most one frame too long.
+pub const LIGHTING_AGE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/lighting_age");
+
+/// Registers the diagnostics of this module and keeps them up to date.
+pub struct FeedDiagnosticsPlugin;
+
+impl Plugin for FeedDiagnosticsPlugin {
+    fn build(&self, app: &mut App) {
+        for path in [DECODE, DETECT, MEASURE, LIGHTING_AGE] {
+            app.register_diagnostic(Diagnostic::new(path).with_suffix(" ms"));
+        }
+        app.register_diagnostic(Diagnostic::new(CAPTURE_RATE).with_suffix(" /s"))
+            .register_diagnostic(Diagnostic::new(DROPPED))
+            .add_systems(PostUpdate, note_stages.after(MirrorballSystems::Measure));
+        let finished = FinishedFrames::default();
+        app.insert_resource(finished.clone()).add_systems(First, note_lighting_age);
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app
+                .insert_resource(finished)
+                .init_resource::<DrawnPicture>()
+                .add_systems(ExtractSchedule, extract_picture)
+                .add_systems(Render, watch_gpu.in_set(RenderSystems::Cleanup));
+        }
+    }
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    1e3 * time.as_secs_f64()
+}
+
+type NewPicture = (Ref<'static, CameraFrame>, Option<&'static FeedStatistics>, Option<&'static DetectedMarkers>);
+
+fn note_stages(
+    mut diagnostics: Diagnostics,
+    cameras: Query<NewPicture, With<ArCamera>>,
+    probes: Query<&ProbeMeasurement>,
+) {
+    let Some((frame, statistics, detected)) = cameras.iter().next().filter(|(frame, ..)| frame.is_changed()) else {
+        return;
+    };
+    if let Some(statistics) = statistics {
+        diagnostics.add_measurement(&CAPTURE_RATE, || f64::from(statistics.capture_rate));
+        diagnostics.add_measurement(&DROPPED, || statistics.dropped as f64);
+        diagnostics.add_measurement(&DECODE, || milliseconds(statistics.decode_time));
+    }
+    if let Some(detected) = detected.filter(|detected| detected.sequence == frame.sequence) {
+        diagnostics.add_measurement(&DETECT, || milliseconds(detected.cpu_time));
+    }
+    if let Some(probe) = probes.iter().find(|probe| probe.sequence == frame.sequence) {
+        diagnostics.add_measurement(&MEASURE, || milliseconds(probe.cpu_time));
+    }
+}
+
+/// Captures of pictures whose frames the GPU has finished, and when; shared with the render world.
+#[derive(Resource, Clone, Default)]
+struct FinishedFrames(Arc<Mutex<Vec<(Duration, Instant)>>>);
+
+/// The picture in the frame being drawn.
+#[derive(Resource, Default)]
+struct DrawnPicture {
+    newest: Option<(u64, Duration)>,
+    watched: Option<u64>,
+}
+
+type LiveCamera = (&'static CameraFrame, &'static CameraFeed);
+
+fn extract_picture(mut drawn: ResMut<DrawnPicture>, cameras: Extract<Query<LiveCamera, With<ArCamera>>>) {
+    drawn.newest = cameras
+        .iter()
+        .next()
+        .filter(|(_, feed)| feed.pace() == FeedPace::Live)
+        .map(|(frame, _)| (frame.sequence, frame.captured));
+}
+
+fn watch_gpu(mut drawn: ResMut<DrawnPicture>, finished: Res<FinishedFrames>, queue: Res<RenderQueue>) {
+    let Some((sequence, captured)) = drawn.newest.filter(|(sequence, _)| drawn.watched != Some(*sequence)) else {
+        return;
+    };
+    drawn.watched = Some(sequence);
+    let finished = finished.0.clone();
+    queue.on_submitted_work_done(move || {
+        finished.lock().unwrap_or_else(PoisonError::into_inner).push((captured, Instant::now()));
+    });
+}
+
+fn note_lighting_age(mut diagnostics: Diagnostics, finished: Res<FinishedFrames>, time: Res<Time<Real>>) {
+    for (captured, at) in finished.0.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        let age = at.saturating_duration_since(time.startup()).saturating_sub(captured);
+        diagnostics.add_measurement(&LIGHTING_AGE, || milliseconds(age));
+    }
+}

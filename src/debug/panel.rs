@@ -1,0 +1,186 @@
+//! The measuring panel: what the camera sees, what was measured in it, what it cost, and how each entity looks.
+
+use super::{
+    CAPTURE_RATE, CheckLevel, Checklist, DECODE, DETECT, DROPPED, LIGHTING_AGE, MEASURE,
+    sky_view::{SKY_WIDTH, SkyView, request_cube},
+};
+use crate::{
+    camera::{ArCamera, FrameTexture},
+    materials::SurfaceStyle,
+};
+use bevy::{
+    diagnostic::{Diagnostic, DiagnosticsStore},
+    prelude::*,
+};
+use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass, EguiTextureHandle, egui};
+
+/// Draws the measuring panel, a window of the primary egui context; [`MeasuringPanel`] opens and closes it.
+///
+/// Adds [`EguiPlugin`] if the game has not.
+///
+/// ```no_run
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::prelude::*;
+/// use bevy_mirrorball::debug::MeasuringPanelPlugin;
+///
+/// App::new().add_plugins((DefaultPlugins, MirrorballPlugins, MeasuringPanelPlugin)).run();
+/// ```
+pub struct MeasuringPanelPlugin;
+
+impl Plugin for MeasuringPanelPlugin {
+    fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<EguiPlugin>() {
+            app.add_plugins(EguiPlugin::default());
+        }
+        app.init_resource::<MeasuringPanel>().add_systems(
+            EguiPrimaryContextPass,
+            (request_cube, draw_panel).run_if(|panel: Res<MeasuringPanel>| panel.is_open),
+        );
+    }
+
+    fn finish(&self, app: &mut App) {
+        app.init_resource::<SkyView>();
+    }
+}
+
+/// Whether the panel is shown.
+#[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Resource, Debug, Clone, PartialEq)]
+pub struct MeasuringPanel {
+    /// Defaults to `true`.
+    pub is_open: bool,
+    /// Width in logical pixels. Defaults to 300.
+    pub width: f32,
+}
+
+impl Default for MeasuringPanel {
+    fn default() -> Self {
+        Self { is_open: true, width: 300.0 }
+    }
+}
+
+/// The diagnostics of the stages and how the panel calls them.
+const STAGES: [(&bevy::diagnostic::DiagnosticPath, &str); 6] = [
+    (&CAPTURE_RATE, "capture rate"),
+    (&DROPPED, "dropped pictures"),
+    (&DECODE, "decode"),
+    (&DETECT, "find markers"),
+    (&MEASURE, "measure ball, paper"),
+    (&LIGHTING_AGE, "lighting age"),
+];
+
+/// The passes on the GPU, by what follows `render/mirrorball_` in their diagnostics.
+const PASSES: [(&str, &str); 5] = [
+    ("probe_unwrap", "ball → cube"),
+    ("environment_filter", "filter"),
+    ("shadows_depth", "shadow maps"),
+    ("shadows_weights", "shadow weights"),
+    ("camera_background", "background"),
+];
+
+type StyledEntity = (Entity, Option<&'static Name>, &'static mut SurfaceStyle);
+
+fn draw_panel(
+    mut contexts: EguiContexts,
+    mut panel: ResMut<MeasuringPanel>,
+    checklist: Checklist,
+    diagnostics: Res<DiagnosticsStore>,
+    sky: Res<SkyView>,
+    cameras: Query<&FrameTexture, With<ArCamera>>,
+    mut styles: Query<StyledEntity>,
+) -> Result {
+    let sky = contexts.add_image(EguiTextureHandle::Weak(sky.image.id()));
+    let picture = cameras.iter().next().map(|frame| (frame.size(), frame.image.id()));
+    let picture = picture.map(|(size, id)| (size, contexts.add_image(EguiTextureHandle::Weak(id))));
+    let ctx = contexts.ctx_mut()?;
+    let mut is_open = panel.is_open;
+    let width = panel.width;
+    egui::Window::new("measured light")
+        .open(&mut is_open)
+        .anchor(egui::Align2::RIGHT_TOP, egui::Vec2::ZERO)
+        .default_width(width)
+        .resizable(false)
+        .vscroll(true)
+        .show(ctx, |ui| {
+            ui.set_width(width - 24.0);
+            draw_checks(ui, &checklist);
+            ui.separator();
+            draw_styles(ui, &mut styles);
+            ui.separator();
+            egui::CollapsingHeader::new("timings").default_open(true).show(ui, |ui| draw_timings(ui, &diagnostics));
+            egui::CollapsingHeader::new("environment").default_open(true).show(ui, |ui| {
+                show_image(ui, sky, UVec2::new(SKY_WIDTH, SKY_WIDTH / 2));
+            });
+            egui::CollapsingHeader::new("camera picture").default_open(false).show(ui, |ui| match picture {
+                Some((size, picture)) => show_image(ui, picture, size),
+                None => {
+                    ui.label("none yet");
+                }
+            });
+        });
+    panel.set_if_neq(MeasuringPanel { is_open, width });
+    Ok(())
+}
+
+fn draw_checks(ui: &mut egui::Ui, checklist: &Checklist) {
+    for check in checklist.checks() {
+        let (sign, color) = match check.level {
+            CheckLevel::Good => ("✔", egui::Color32::from_rgb(90, 200, 90)),
+            CheckLevel::Warning => ("⚠", egui::Color32::from_rgb(240, 190, 60)),
+            CheckLevel::Missing => ("✖", egui::Color32::from_rgb(240, 90, 80)),
+        };
+        ui.horizontal_wrapped(|ui| {
+            ui.colored_label(color, sign);
+            ui.strong(check.topic);
+            ui.label(check.text);
+        });
+    }
+}
+
+/// Fills the width and keeps the shape.
+fn show_image(ui: &mut egui::Ui, texture: egui::TextureId, size: UVec2) {
+    let width = ui.available_width();
+    let height = width * size.y as f32 / size.x.max(1) as f32;
+    ui.image(egui::load::SizedTexture::new(texture, egui::vec2(width, height)));
+}
+
+fn draw_styles(ui: &mut egui::Ui, styles: &mut Query<StyledEntity>) {
+    let mut entities: Vec<_> = styles.iter_mut().collect();
+    entities.sort_by_key(|(entity, ..)| *entity);
+    egui::Grid::new("styles").num_columns(4).show(ui, |ui| {
+        for (entity, name, style) in &mut entities {
+            ui.label(name.map_or_else(|| entity.to_string(), ToString::to_string));
+            for (label, choice) in [("image-based", SurfaceStyle::ImageBased), ("engine", SurfaceStyle::Engine)] {
+                if ui.selectable_label(**style == choice, label).clicked() {
+                    style.set_if_neq(choice);
+                }
+            }
+            ui.end_row();
+        }
+    });
+}
+
+fn draw_timings(ui: &mut egui::Ui, diagnostics: &DiagnosticsStore) {
+    egui::Grid::new("timings").num_columns(2).striped(true).show(ui, |ui| {
+        let mut row = |label: &str, diagnostic: Option<&Diagnostic>| {
+            let Some((value, suffix)) = diagnostic.and_then(|d| Some((d.smoothed()?, &d.suffix))) else {
+                return;
+            };
+            ui.label(label);
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.monospace(format!("{value:.1}{suffix}"));
+            });
+            ui.end_row();
+        };
+        for (path, label) in STAGES {
+            row(label, diagnostics.get(path));
+        }
+        for (pass, label) in PASSES {
+            let named = |clock: &str| {
+                let path = format!("render/mirrorball_{pass}/elapsed_{clock}");
+                diagnostics.iter().find(|diagnostic| diagnostic.path().as_str() == path)
+            };
+            row(label, named("gpu"));
+        }
+    });
+}
