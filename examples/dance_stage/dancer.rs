@@ -66,15 +66,15 @@ pub(crate) fn spawn(dancer: &mut EntityCommands, meshes: &mut Assets<Mesh>, mate
     let trousers = paint(Color::srgb(0.16, 0.30, 0.55), 0.8);
     let shoes = paint(Color::srgb(0.93, 0.92, 0.88), 0.25);
     let hair = paint(Color::srgb(0.16, 0.09, 0.05), 0.45);
-    let ball = |radius: f32| Sphere::new(radius).mesh().uv(32, 18);
+    let ball = |radius: f32| Sphere::new(radius).mesh().uv(24, 12);
     // A capsule's mesh is centered; limbs turn about their upper end.
-    let limb =
-        |radius: f32, length: f32| Mesh::from(Capsule3d::new(radius, length)).translated_by(Vec3::Y * -0.5 * length);
+    let capsule = |radius: f32, length: f32| Capsule3d::new(radius, length).mesh().longitudes(16).latitudes(8).build();
+    let limb = |radius: f32, length: f32| capsule(radius, length).translated_by(Vec3::Y * -0.5 * length);
     let mut part = |part: Part, mesh: Mesh, material: &Handle<StandardMaterial>| {
         dancer.with_child((part, Mesh3d(meshes.add(mesh)), MeshMaterial3d(material.clone()), Transform::default()));
     };
     part(Part::Hips, ball(0.0155).scaled_by(Vec3::new(1.05, 0.85, 0.85)), &trousers);
-    part(Part::Chest, Mesh::from(Capsule3d::new(0.0155, 0.022)).scaled_by(Vec3::new(1.1, 1.0, 0.85)), &shirt);
+    part(Part::Chest, capsule(0.0155, 0.022).scaled_by(Vec3::new(1.1, 1.0, 0.85)), &shirt);
     part(Part::Head, ball(0.0185), &skin);
     part(Part::Hair, ball(0.0195), &hair);
     for side in Side::BOTH {

@@ -3,6 +3,7 @@
 use crate::{Outcome, Show, asset_plugin, dancer::Dance, options::Options};
 use bevy::{
     asset::{LoadState, RecursiveDependencyLoadState},
+    diagnostic::DiagnosticsStore,
     log::LogPlugin,
     prelude::*,
     render::diagnostic::RenderDiagnosticsPlugin,
@@ -77,7 +78,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     }
     sheet.save(&options.out.join("contact_sheet.png"))?;
     let path = options.out.join("report.json");
-    let report = json!({ "frames": lines, "seconds": seconds });
+    let report = json!({ "frames": lines, "seconds": seconds, "milliseconds": timings(&app) });
     std::fs::write(&path, serde_json::to_string_pretty(&report)?)
         .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     println!("dance_stage: {} pictures in {seconds:.1} s, see {}", options.frames, options.out.display());
@@ -157,6 +158,17 @@ fn report_line(app: &mut App, frame: u32) -> Value {
         "gain": probe.gain.to_array(),
         "memory_mib": resident_memory(),
     })
+}
+
+/// The smoothed time of each stage and of each pass on the GPU.
+fn timings(app: &App) -> Value {
+    let diagnostics = app.world().get_resource::<DiagnosticsStore>().into_iter().flat_map(DiagnosticsStore::iter);
+    let named = diagnostics.filter_map(|diagnostic| {
+        let path = diagnostic.path().as_str();
+        let is_time = path.starts_with("mirrorball/") || path.ends_with("/elapsed_gpu");
+        Some((path.to_owned(), json!(diagnostic.smoothed().filter(|_| is_time)?)))
+    });
+    Value::Object(named.collect())
 }
 
 /// Memory of this process in MiB, where the system tells.

@@ -35,19 +35,19 @@ pub(crate) fn spawn(
     shape(&mut floor, round(0.085, FLOOR), &wood, Vec3::Y * 0.5 * FLOOR);
     let mut rim = thing(&mut commands, "rim", Vec3::ZERO);
     let ring = Torus { minor_radius: 0.0035, major_radius: 0.085 };
-    shape(&mut rim, ring.mesh().major_resolution(64).minor_resolution(12).build(), &gold, Vec3::Y * FLOOR);
+    shape(&mut rim, ring.mesh().major_resolution(64).minor_resolution(8).build(), &gold, Vec3::Y * FLOOR);
     for (name, x) in [("left loudspeaker", -0.105), ("right loudspeaker", 0.1)] {
         let mut speaker = thing(&mut commands, name, Vec3::new(x, 0.0, 0.095));
         shape(&mut speaker, Cuboid::new(0.042, 0.075, 0.036).mesh().build(), &teal, Vec3::Y * 0.0375);
         for (height, radius) in [(0.054, 0.009), (0.025, 0.0145)] {
-            let cone = Sphere::new(radius).mesh().uv(32, 18).scaled_by(Vec3::new(1.0, 1.0, 0.35));
+            let cone = Sphere::new(radius).mesh().uv(24, 12).scaled_by(Vec3::new(1.0, 1.0, 0.35));
             shape(&mut speaker, cone, &black, Vec3::new(0.0, height, -0.018));
         }
     }
     let mut mirror_ball = thing(&mut commands, "mirror ball", Vec3::new(-0.125, 0.0, 0.0));
     shape(&mut mirror_ball, round(0.018, 0.005), &black, Vec3::Y * 0.0025);
     shape(&mut mirror_ball, round(0.0025, 0.085), &black, Vec3::Y * 0.0425);
-    shape(&mut mirror_ball, Sphere::new(0.024).mesh().uv(64, 32), &chrome, Vec3::Y * 0.105);
+    shape(&mut mirror_ball, Sphere::new(0.024).mesh().uv(48, 24), &chrome, Vec3::Y * 0.105);
 }
 
 /// A named thing whose look can be switched.
