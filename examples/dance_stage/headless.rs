@@ -45,10 +45,12 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     let mut app = offscreen::build_app(plugins, |app| {
         app.add_plugins((log, RenderDiagnosticsPlugin, MirrorballPlugins));
     })?;
+    let intrinsics = options.intrinsics(size);
+    let size = options.size.unwrap_or(size);
     let (picture, target) = offscreen::add_target(&mut app, size);
     let show = Show::add(&mut app, options)?;
     wait_for_scene(&mut app, &show, options)?;
-    let ar_camera = ArCamera { intrinsics: options.intrinsics(size), ..default() };
+    let ar_camera = ArCamera { intrinsics, ..default() };
     let camera = app.world_mut().spawn((ar_camera, target, feed.clone())).id();
     warm_up(&mut app)?;
 

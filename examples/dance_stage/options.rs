@@ -24,12 +24,16 @@ usage: dance_stage [OPTIONS]
                            real things are (default: assets/desk/set.glb, the real desk, and the stage on it)
   --headless               draw to files instead of a window; chosen by itself where there is no display
   --frames N               pictures to draw then (default 60)
+  --size WIDTHxHEIGHT      their size in pixels (default: that of the feed's pictures)
   --out DIR                folder for them, frame_0000.png and so on, a contact sheet and report.json (default dance_stage_out)
 
 Keys: 1 to 9 switch one thing between toon and image-based, T all of them, Tab the panel, Space holds the dance, Esc ends.";
 
 /// What a webcam is asked for; intrinsics are understood for this size.
 const DEVICE_SIZE: UVec2 = UVec2::new(640, 480);
+
+/// Every device can draw textures of this size.
+const LARGEST_EDGE: u32 = 8192;
 
 pub(crate) enum Feed {
     Clip(PathBuf),
@@ -48,6 +52,7 @@ pub(crate) struct Options {
     pub scene: Option<PathBuf>,
     pub is_headless: bool,
     pub frames: u32,
+    pub size: Option<UVec2>,
     pub out: PathBuf,
 }
 
@@ -61,6 +66,7 @@ impl Options {
             scene: None,
             is_headless: false,
             frames: 60,
+            size: None,
             out: "dance_stage_out".into(),
         };
         while let Some(argument) = parser.next()? {
@@ -73,6 +79,7 @@ impl Options {
                 Long("scene") => options.scene = Some(parser.value()?.into()),
                 Long("headless") => options.is_headless = true,
                 Long("frames") => options.frames = parser.value()?.parse_with(parse_frames)?,
+                Long("size") => options.size = Some(parser.value()?.parse_with(parse_size)?),
                 Long("out") => options.out = parser.value()?.into(),
                 Long("help") | Short('h') => return Ok(None),
                 other => return Err(other.unexpected()),
@@ -149,5 +156,13 @@ fn parse_frames(text: &str) -> Result<u32, String> {
     match text.parse() {
         Ok(frames) if frames > 0 => Ok(frames),
         _ => Err("--frames takes a whole number above 0".to_owned()),
+    }
+}
+
+fn parse_size(text: &str) -> Result<UVec2, String> {
+    let numbers = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    match numbers.map(|(width, height)| UVec2::new(width, height)) {
+        Some(size) if size.min_element() > 0 && size.max_element() <= LARGEST_EDGE => Ok(size),
+        _ => Err(format!("--size takes WIDTHxHEIGHT in pixels, each 1 to {LARGEST_EDGE}, not {text}")),
     }
 }

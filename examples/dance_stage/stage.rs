@@ -68,9 +68,10 @@ const NUMBER_KEYS: [KeyCode; 9] = [
     KeyCode::Digit9,
 ];
 
-pub(crate) fn switch_styles(keys: Res<ButtonInput<KeyCode>>, mut styles: Query<(Entity, &mut SurfaceStyle)>) {
+pub(crate) fn switch_styles(keys: Res<ButtonInput<KeyCode>>, mut styles: Query<(&Name, &mut SurfaceStyle)>) {
+    // In the order of the panel.
     let mut things: Vec<_> = styles.iter_mut().collect();
-    things.sort_by_key(|(entity, _)| *entity);
+    things.sort_by_key(|(name, _)| (*name).clone());
     let toon = || SurfaceStyle::Engine;
     if keys.just_pressed(KeyCode::KeyT) {
         let all_toon = things.iter().all(|(_, style)| **style == toon());

@@ -3,6 +3,7 @@
 use crate::{Outcome, Show, asset_plugin, options::Options, stage};
 use bevy::{
     camera::{CameraOutputMode, Viewport, visibility::RenderLayers},
+    diagnostic::FrameTimeDiagnosticsPlugin,
     log::LogPlugin,
     prelude::*,
     render::{diagnostic::RenderDiagnosticsPlugin, render_resource::BlendState},
@@ -29,8 +30,9 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     app.add_plugins((
         DefaultPlugins
             .set(asset_plugin(options)?)
-            .set(LogPlugin { filter: "warn,wgpu_hal=error,wgpu_core=error".to_owned(), ..default() })
+            .set(LogPlugin { filter: "warn,wgpu=error,winit=error,bevy_egui=error".to_owned(), ..default() })
             .set(WindowPlugin { primary_window: Some(window), ..default() }),
+        FrameTimeDiagnosticsPlugin::default(),
         RenderDiagnosticsPlugin,
         MirrorballPlugins,
         MeasuringPanelPlugin,
@@ -39,6 +41,8 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     .add_systems(Startup, spawn_panel_camera)
     .add_systems(Update, (stage::switch_styles, stage::hold_the_dance, open_panel, end))
     .add_systems(PreUpdate, leave_room_for_panel);
+    // Otherwise the panel would be drawn over the first camera's picture.
+    app.world_mut().resource_mut::<EguiGlobalSettings>().auto_create_primary_context = false;
     app.world_mut().spawn(camera);
     Show::add(&mut app, options)?;
     match app.run() {
@@ -48,8 +52,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
 }
 
 /// The panel lies over the whole window, the camera's picture takes only a part of it.
-fn spawn_panel_camera(mut commands: Commands, mut settings: ResMut<EguiGlobalSettings>) {
-    settings.auto_create_primary_context = false;
+fn spawn_panel_camera(mut commands: Commands) {
     let output_mode =
         CameraOutputMode::Write { blend_state: Some(BlendState::ALPHA_BLENDING), clear_color: ClearColorConfig::None };
     commands.spawn((

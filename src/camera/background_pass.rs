@@ -2,7 +2,7 @@
 
 use super::{ArCamera, CameraFrame, FrameMapping, FrameTexture};
 use bevy::{
-    asset::{embedded_asset, load_embedded_asset},
+    asset::{embedded_asset, io::embedded::EmbeddedAssetRegistry, load_embedded_asset},
     core_pipeline::{Core3d, Core3dSystems, FullscreenShader, core_3d::main_opaque_pass_3d},
     prelude::*,
     render::{
@@ -25,7 +25,10 @@ use bevy::{
 };
 
 pub(super) fn build(app: &mut App) {
-    embedded_asset!(app, "background_pass.wgsl");
+    // Programs that only measure may do without assets.
+    if app.world().contains_resource::<EmbeddedAssetRegistry>() {
+        embedded_asset!(app, "background_pass.wgsl");
+    }
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
         warn!("CameraPlugin: no renderer, camera pictures will not be drawn");
         return;

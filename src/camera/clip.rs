@@ -150,7 +150,13 @@ pub(super) struct ClipSource {
     /// When step 0 was due.
     started: Option<Duration>,
     next_step: u64,
-    decoding: Option<(Decoding, Duration)>,
+    decoding: Option<StepDecoding>,
+}
+
+struct StepDecoding {
+    decoding: Decoding,
+    captured: Duration,
+    skipped: u64,
 }
 
 impl ClipSource {
@@ -175,20 +181,24 @@ impl FrameSource for ClipSource {
             return self.arrival(Decoded::from_file(file), due);
         }
         let mut arrival = Arrival::default();
-        if let Some((decoding, captured)) = &mut self.decoding {
-            let captured = *captured;
-            let Some(decoded) = decoding.finish() else {
+        if let Some(step) = &mut self.decoding {
+            let (captured, skipped) = (step.captured, step.skipped);
+            let Some(decoded) = step.decoding.finish() else {
                 return arrival;
             };
             self.decoding = None;
             arrival = self.arrival(decoded, captured);
+            arrival.dropped += skipped;
         }
         let started = *self.started.get_or_insert(now);
         let newest_step = (now.saturating_sub(started).as_secs_f64() * f64::from(self.clip.frame_rate)) as u64;
         if newest_step >= self.next_step {
             let (file, due) = self.clip.step(newest_step);
-            self.decoding = Some((Decoding::start(file.to_owned()), started + due));
-            arrival.dropped += newest_step - self.next_step;
+            self.decoding = Some(StepDecoding {
+                decoding: Decoding::start(file.to_owned()),
+                captured: started + due,
+                skipped: newest_step - self.next_step,
+            });
             self.next_step = newest_step + 1;
         }
         arrival

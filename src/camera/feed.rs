@@ -62,7 +62,7 @@ pub enum CameraError {
     },
     /// An image asset cannot be a camera picture.
     #[error("the image cannot be a camera picture: {0}")]
-    Image(&'static str),
+    Image(String),
 }
 
 /// Source of an [`ArCamera`](super::ArCamera)'s pictures.

@@ -56,58 +56,65 @@ impl FrameSource for ImageSource {
     }
 
     fn image_slot(&self) -> Option<ImageSlot> {
-        Some(ImageSlot(self.0.clone()))
+        Some(ImageSlot { slot: self.0.clone(), is_filled: false })
     }
 }
 
 /// The other end of an [`ImageSource`].
 #[derive(Component)]
-pub(super) struct ImageSlot(Slot);
+pub(super) struct ImageSlot {
+    slot: Slot,
+    /// Whether the image has been looked at; from then on only changes are news.
+    is_filled: bool,
+}
 
 /// Reads an image back from the GPU for the feed of its parent.
 #[derive(Component)]
 pub(super) struct ImageReader;
 
-type WatchedFeed = (Entity, &'static CameraFeed, Ref<'static, ImageSlot>, Option<&'static Children>);
+type WatchedFeed = (Entity, &'static CameraFeed, &'static mut ImageSlot, Option<&'static Children>);
 
 pub(super) fn watch_images(
     mut commands: Commands,
     mut events: MessageReader<AssetEvent<Image>>,
     images: Res<Assets<Image>>,
-    feeds: Query<WatchedFeed>,
+    mut feeds: Query<WatchedFeed>,
     readers: Query<(), With<ImageReader>>,
 ) {
     let changed: Vec<AssetId<Image>> = events
         .read()
         .filter_map(|event| match event {
-            AssetEvent::Added { id } | AssetEvent::Modified { id } => Some(*id),
+            AssetEvent::Modified { id } => Some(*id),
             _ => None,
         })
         .collect();
-    for (camera, feed, slot, children) in &feeds {
+    for (camera, feed, mut watched, children) in &mut feeds {
         let FeedSource::Image(handle) = &feed.source else {
             continue;
         };
-        if !slot.is_added() && !changed.contains(&handle.id()) {
+        if watched.is_filled && !changed.contains(&handle.id()) {
             continue;
         }
         let Some(image) = images.get(handle) else {
             continue; // still loading
         };
+        watched.is_filled = true;
+        let slot = watched.slot.clone();
         let (size, format) = (image.size(), image.texture_descriptor.format);
         let reader = children.into_iter().flatten().find(|child| readers.contains(**child)).copied();
-        if let Some(bytes) = &image.data {
-            deliver(&slot.0, || from_texture(size, format, bytes));
+        if let Some(bytes) = image.data.as_ref().filter(|bytes| !bytes.is_empty()) {
+            deliver(&slot, || from_texture(size, format, bytes));
             if let Some(reader) = reader {
                 commands.entity(reader).despawn();
             }
         } else if !image.texture_descriptor.usage.contains(TextureUsages::COPY_SRC) {
-            deliver(&slot.0, || Err(CameraError::Image("it is not on the CPU and lacks the texture usage COPY_SRC")));
+            let problem = "it is not on the CPU and lacks the texture usage COPY_SRC".to_owned();
+            deliver(&slot, || Err(CameraError::Image(problem)));
         } else if reader.is_none() {
-            let slot = slot.0.clone();
-            commands.spawn((ImageReader, Readback::texture(handle.clone()), ChildOf(camera))).observe(
-                move |answer: On<ReadbackComplete>| deliver(&slot, || from_texture(size, format, &answer.data)),
-            );
+            let read = move |answer: On<ReadbackComplete>| {
+                deliver(&slot, || from_texture(size, format, &unpad_rows(&answer.data, 4 * size.x as usize)));
+            };
+            commands.spawn((ImageReader, Readback::texture(handle.clone()), ChildOf(camera))).observe(read);
         }
     }
 }
@@ -126,7 +133,7 @@ fn from_texture(size: UVec2, format: TextureFormat, bytes: &[u8]) -> Result<Fram
     let swaps_red_and_blue = match format {
         TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb => false,
         TextureFormat::Bgra8Unorm | TextureFormat::Bgra8UnormSrgb => true,
-        _ => return Err(CameraError::Image("its format is neither 8-bit Rgba8 nor Bgra8")),
+        _ => return Err(CameraError::Image(format!("its format is {format:?} and neither 8-bit Rgba8 nor Bgra8"))),
     };
     let mut rgba = bytes.to_vec();
     if swaps_red_and_blue {
@@ -134,7 +141,9 @@ fn from_texture(size: UVec2, format: TextureFormat, bytes: &[u8]) -> Result<Fram
             pixel.swap(0, 2);
         }
     }
-    FramePixels::new(size, rgba).ok_or(CameraError::Image("it has not as many bytes as its size says"))
+    let found = rgba.len();
+    let wrong_size = || CameraError::Image(format!("{} × {} pixels cannot have {found} bytes", size.x, size.y));
+    FramePixels::new(size, rgba).ok_or_else(wrong_size)
 }
 
 #[cfg(test)]

@@ -118,15 +118,11 @@ impl Plugin for CameraPlugin {
             .add_systems(
                 PreUpdate,
                 (
-                    (
-                        poll::open_feeds,
-                        image_feed::watch_images.run_if(resource_exists::<Assets<Image>>),
-                        poll::poll_feeds,
-                    )
+                    (poll::open_feeds, image_feed::watch_images.run_if(has_images), poll::poll_feeds)
                         .chain()
                         .in_set(MirrorballSystems::Poll),
                     // Tracking may have let a picture through.
-                    (upload::allocate_frame_textures, projection::fit_projections)
+                    (upload::allocate_frame_textures.run_if(has_images), projection::fit_projections)
                         .chain()
                         .after(MirrorballSystems::Track),
                 ),
@@ -134,4 +130,9 @@ impl Plugin for CameraPlugin {
         upload::build(app);
         background_pass::build(app);
     }
+}
+
+/// Programs that only measure may do without images.
+fn has_images(images: Option<Res<Assets<Image>>>) -> bool {
+    images.is_some()
 }

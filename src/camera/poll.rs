@@ -23,7 +23,7 @@ pub(super) fn open_feeds(
     readers: Query<(), With<ImageReader>>,
 ) {
     for (camera, feed, mut state, children) in &mut feeds {
-        commands.entity(camera).remove::<(OpenFeed, ImageSlot, ArrivingFrame)>();
+        commands.entity(camera).remove::<(OpenFeed, ImageSlot)>();
         for reader in children.into_iter().flatten().filter(|child| readers.contains(**child)) {
             commands.entity(*reader).despawn();
         }

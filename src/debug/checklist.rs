@@ -69,7 +69,7 @@ impl Checklist<'_, '_> {
             (_, Some(frame)) => {
                 let statistics = statistics.cloned().unwrap_or_default();
                 let (size, rate, dropped) = (frame.pixels.size, statistics.capture_rate, statistics.dropped);
-                (CheckLevel::Good, format!("{} × {}, {rate:.1} pictures/s, {dropped} dropped", size.x, size.y))
+                (CheckLevel::Good, format!("{} × {}, {rate:.1} /s, {dropped} dropped", size.x, size.y))
             }
             (Some(_), None) => (CheckLevel::Missing, "waiting for the first picture".to_owned()),
             (None, None) => (CheckLevel::Missing, "the camera has no CameraFeed".to_owned()),
@@ -87,10 +87,9 @@ impl Checklist<'_, '_> {
         }
         checks.extend(self.anchors.iter().map(|(anchor, tracking)| {
             let (level, text) = match tracking.state {
-                MarkerState::Tracked => (
-                    CheckLevel::Good,
-                    format!("number {}, {:.2} px reprojection error", anchor.id, tracking.reprojection_error),
-                ),
+                MarkerState::Tracked => {
+                    (CheckLevel::Good, format!("number {}, off by {:.2} px", anchor.id, tracking.reprojection_error))
+                }
                 MarkerState::Lost => (
                     CheckLevel::Missing,
                     format!("number {} is lost, its last pose stays; show it whole and sharp", anchor.id),

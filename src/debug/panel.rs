@@ -1,7 +1,7 @@
 //! The measuring panel: what the camera sees, what was measured in it, what it cost, and how each entity looks.
 
 use super::{
-    CAPTURE_RATE, CheckLevel, Checklist, DECODE, DETECT, DROPPED, LIGHTING_AGE, MEASURE,
+    CheckLevel, Checklist, DECODE, DETECT, LIGHTING_AGE, MEASURE,
     sky_view::{SKY_WIDTH, SkyView, request_cube},
 };
 use crate::{
@@ -9,7 +9,7 @@ use crate::{
     materials::SurfaceStyle,
 };
 use bevy::{
-    diagnostic::{Diagnostic, DiagnosticsStore},
+    diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore, FrameTimeDiagnosticsPlugin},
     prelude::*,
 };
 use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass, EguiTextureHandle, egui};
@@ -60,9 +60,7 @@ impl Default for MeasuringPanel {
 }
 
 /// The diagnostics of the stages and how the panel calls them.
-const STAGES: [(&bevy::diagnostic::DiagnosticPath, &str); 6] = [
-    (&CAPTURE_RATE, "capture rate"),
-    (&DROPPED, "dropped pictures"),
+const STAGES: [(&DiagnosticPath, &str); 4] = [
     (&DECODE, "decode"),
     (&DETECT, "find markers"),
     (&MEASURE, "measure ball, paper"),
@@ -78,6 +76,10 @@ const PASSES: [(&str, &str); 5] = [
     ("camera_background", "background"),
 ];
 
+/// What egui adds around a window's contents, in logical pixels.
+const TITLE_HEIGHT: f32 = 44.0;
+const MARGIN: f32 = 24.0;
+
 type StyledEntity = (Entity, Option<&'static Name>, &'static mut SurfaceStyle);
 
 fn draw_panel(
@@ -88,21 +90,26 @@ fn draw_panel(
     sky: Res<SkyView>,
     cameras: Query<&FrameTexture, With<ArCamera>>,
     mut styles: Query<StyledEntity>,
-) -> Result {
+) {
     let sky = contexts.add_image(EguiTextureHandle::Weak(sky.image.id()));
     let picture = cameras.iter().next().map(|frame| (frame.size(), frame.image.id()));
     let picture = picture.map(|(size, id)| (size, contexts.add_image(EguiTextureHandle::Weak(id))));
-    let ctx = contexts.ctx_mut()?;
+    let ctx = match contexts.ctx_mut() {
+        Ok(ctx) => ctx,
+        Err(error) => {
+            warn_once!("the measuring panel needs exactly one primary egui context: {error}");
+            return;
+        }
+    };
     let mut is_open = panel.is_open;
     let width = panel.width;
     egui::Window::new("measured light")
         .open(&mut is_open)
         .anchor(egui::Align2::RIGHT_TOP, egui::Vec2::ZERO)
-        .default_width(width)
         .resizable(false)
         .vscroll(true)
+        .fixed_size([width - MARGIN, ctx.viewport_rect().height() - TITLE_HEIGHT])
         .show(ctx, |ui| {
-            ui.set_width(width - 24.0);
             draw_checks(ui, &checklist);
             ui.separator();
             draw_styles(ui, &mut styles);
@@ -119,7 +126,6 @@ fn draw_panel(
             });
         });
     panel.set_if_neq(MeasuringPanel { is_open, width });
-    Ok(())
 }
 
 fn draw_checks(ui: &mut egui::Ui, checklist: &Checklist) {
@@ -146,10 +152,11 @@ fn show_image(ui: &mut egui::Ui, texture: egui::TextureId, size: UVec2) {
 
 fn draw_styles(ui: &mut egui::Ui, styles: &mut Query<StyledEntity>) {
     let mut entities: Vec<_> = styles.iter_mut().collect();
-    entities.sort_by_key(|(entity, ..)| *entity);
+    entities.sort_by(|(a, a_name, _), (b, b_name, _)| (a_name, a).cmp(&(b_name, b)));
     egui::Grid::new("styles").num_columns(4).show(ui, |ui| {
-        for (entity, name, style) in &mut entities {
-            ui.label(name.map_or_else(|| entity.to_string(), ToString::to_string));
+        for (number, (entity, name, style)) in (1..).zip(&mut entities) {
+            let name = name.map_or_else(|| entity.to_string(), ToString::to_string);
+            ui.label(format!("{number} {name}"));
             for (label, choice) in [("image-based", SurfaceStyle::ImageBased), ("engine", SurfaceStyle::Engine)] {
                 if ui.selectable_label(**style == choice, label).clicked() {
                     style.set_if_neq(choice);
@@ -163,15 +170,16 @@ fn draw_styles(ui: &mut egui::Ui, styles: &mut Query<StyledEntity>) {
 fn draw_timings(ui: &mut egui::Ui, diagnostics: &DiagnosticsStore) {
     egui::Grid::new("timings").num_columns(2).striped(true).show(ui, |ui| {
         let mut row = |label: &str, diagnostic: Option<&Diagnostic>| {
-            let Some((value, suffix)) = diagnostic.and_then(|d| Some((d.smoothed()?, &d.suffix))) else {
+            let Some(value) = diagnostic.and_then(Diagnostic::smoothed) else {
                 return;
             };
             ui.label(label);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.monospace(format!("{value:.1}{suffix}"));
+                ui.monospace(format!("{value:.1} ms"));
             });
             ui.end_row();
         };
+        row("frame", diagnostics.get(&FrameTimeDiagnosticsPlugin::FRAME_TIME));
         for (path, label) in STAGES {
             row(label, diagnostics.get(path));
         }
