@@ -6,9 +6,11 @@ use crate::{
     stage::{PhantomObject, StageRole},
 };
 use bevy::{
+    mesh::MeshVertexBufferLayoutRef,
+    pbr::{MaterialPipeline, MaterialPipelineKey},
     prelude::*,
     render::{
-        render_resource::{AsBindGroup, ShaderType},
+        render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
         storage::ShaderBuffer,
     },
     shader::ShaderRef,
@@ -19,6 +21,7 @@ use bevy::{
 ///
 /// The picture is that of the first [`ArCamera`]; before it has one, phantoms are not drawn.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
+#[bind_group_data(PhantomKey)]
 pub struct PhantomMaterial {
     #[texture(0)]
     #[sampler(1)]
@@ -32,19 +35,46 @@ pub struct PhantomMaterial {
     views: Handle<ShaderBuffer>,
     #[storage(103, read_only)]
     weights: Handle<ShaderBuffer>,
+    receives: bool,
 }
 
 /// Mirror of `Phantom` in phantom.wgsl.
 #[derive(ShaderType, Clone, Copy, Debug, PartialEq)]
 struct PhantomUniform {
     frame_uv_from_view_uv: Vec4,
-    has_frame: u32,
-    receives: u32,
 }
+
+/// What needs a pipeline of its own. A flag in the uniform would do; but lavapipe compiles shaders that branch on uniforms anew
+/// in every frame, and keeps them all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct PhantomKey {
+    receives: bool,
+}
+
+impl From<&PhantomMaterial> for PhantomKey {
+    fn from(material: &PhantomMaterial) -> Self {
+        Self { receives: material.receives }
+    }
+}
+
+/// Maps every view position to a place outside the picture, where phantoms are not drawn.
+const NO_FRAME: Vec4 = Vec4::new(0.0, 0.0, -1.0, -1.0);
 
 impl Material for PhantomMaterial {
     fn fragment_shader() -> ShaderRef {
         "embedded://bevy_mirrorball/materials/phantom.wgsl".into()
+    }
+
+    fn specialize(
+        _: &MaterialPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _: &MeshVertexBufferLayoutRef,
+        key: MaterialPipelineKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        if let (true, Some(fragment)) = (key.bind_group_data.receives, &mut descriptor.fragment) {
+            fragment.shader_defs.push("RECEIVES_SHADOWS".into());
+        }
+        Ok(())
     }
 }
 
@@ -77,7 +107,7 @@ pub(super) fn follow_camera(
         Some((texture.image.clone(), mapping.frame_uv_from_view_uv()))
     });
     let (frame, frame_uv_from_view_uv) = source.unzip();
-    let frame_uv_from_view_uv = frame_uv_from_view_uv.unwrap_or_default();
+    let frame_uv_from_view_uv = frame_uv_from_view_uv.unwrap_or(NO_FRAME);
     let sources =
         PhantomSources { frame: frame.as_ref().map(Handle::id), frame_uv_from_view_uv, atlas: textures.atlas.id() };
     if shared.made_from.as_ref() == Some(&sources) {
@@ -85,10 +115,11 @@ pub(super) fn follow_camera(
     }
     let material = |receives: bool| PhantomMaterial {
         frame: frame.clone(),
-        uniform: PhantomUniform { frame_uv_from_view_uv, has_frame: frame.is_some().into(), receives: receives.into() },
+        uniform: PhantomUniform { frame_uv_from_view_uv },
         atlas: textures.atlas.clone(),
         views: textures.views.clone(),
         weights: textures.weights.clone(),
+        receives,
     };
     if shared.made_from.is_none() {
         shared.receiving = materials.add(material(true));

@@ -8,8 +8,6 @@
 struct Phantom {
     /// frame_uv = view_uv * xy + zw
     frame_uv_from_view_uv: vec4f,
-    has_frame: u32,
-    receives: u32,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var frame: texture_2d<f32>;
@@ -20,12 +18,12 @@ struct Phantom {
 fn fragment(in: VertexOutput) -> FragmentOutput {
     let uv_view = (in.position.xy - view.viewport.xy) / view.viewport.zw;
     let uv_frame = uv_view * phantom.frame_uv_from_view_uv.xy + phantom.frame_uv_from_view_uv.zw;
-    if phantom.has_frame == 0u || any(uv_frame < vec2f(0.0)) || any(uv_frame > vec2f(1.0)) {
+    if any(uv_frame < vec2f(0.0)) || any(uv_frame > vec2f(1.0)) {
         discard;
     }
     var color = textureSampleLevel(frame, frame_sampler, uv_frame, 0.0).rgb;
-    if phantom.receives != 0u {
-        color *= phantom_ratio(in.world_position.xyz, normalize(in.world_normal));
-    }
+#ifdef RECEIVES_SHADOWS
+    color *= phantom_ratio(in.world_position.xyz, normalize(in.world_normal));
+#endif
     return FragmentOutput(vec4f(color, 1.0));
 }

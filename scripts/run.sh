@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Runs the dance stage: a dancer on a real desk, lit by the room. Installs what is missing first, and says so.
+#
+#   scripts/run.sh                            the recorded desk, in a window; drawn to files where there is no display
+#   scripts/run.sh --feed device:0 --fov 60   your webcam (see the README for what it has to see)
+#   scripts/run.sh --help                     all options
+#
+# VK_DRIVER_FILES, if set, names the Vulkan driver to use.
+set -euo pipefail
+# Where the user is: paths in the arguments are relative to it.
+here=$PWD
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+package=$PWD
+
+if ! command -v cargo >/dev/null; then
+    echo "cargo is missing. Install Rust from https://rustup.rs or as your system's package, version" \
+        "$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) or later, and run this again." >&2
+    exit 1
+fi
+
+source scripts/install_packages.sh
+features=egui
+for argument in "$@"; do
+    case $argument in device:* | --feed=device:*) features=egui,webcam ;; esac
+done
+needs_webcam=
+if [ "$features" = egui,webcam ]; then needs_webcam=webcam; fi
+install_packages window $needs_webcam
+
+echo "dance stage: building (the first time takes about ten minutes on two cores, Bevy is large)"
+cargo build --quiet --features "$features" --example dance_stage
+target=${CARGO_TARGET_DIR:-target}
+case $target in /*) ;; *) target=$package/$target ;; esac
+cd "$here"
+CARGO_MANIFEST_DIR=$package exec "$target/debug/examples/dance_stage" "$@"

@@ -1,0 +1,107 @@
+//! The example `dance_stage` without a window: two loops of the shipped clip, and what it says of bad input.
+#![cfg(feature = "egui")]
+
+use bevy::math::UVec2;
+use bevy_mirrorball::camera::FramePixels;
+use serde_json::Value;
+use std::{
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+/// Pictures in the shipped clip.
+const CLIP: usize = 60;
+/// Small, because software Vulkan is slow.
+const SIZE: UVec2 = UVec2::new(96, 72);
+/// Memory that the second loop may need beyond the first, in MiB: allocators give back late.
+const MEMORY_MIB: f64 = 8.0;
+/// Parts of messages that a user would take for trouble.
+const TROUBLE: [&str; 4] = ["WARN", "ERROR", "panicked", "alidation"];
+
+/// The example as cargo built it beside the tests; `None` with a printed reason if it was not built.
+fn dance_stage(arguments: &[&str]) -> Option<Output> {
+    let tests = std::env::current_exe().expect("a test knows where it is");
+    let program = tests.ancestors().nth(2).expect("tests lie in target/PROFILE/deps").join("examples/dance_stage");
+    if !program.exists() {
+        println!("skipped: {} is not built; run all tests or build the example", program.display());
+        assert!(std::env::var_os("MIRRORBALL_REQUIRE_GPU").is_none(), "MIRRORBALL_REQUIRE_GPU forbids skipping");
+        return None;
+    }
+    let output = Command::new(program)
+        .args(arguments)
+        // As on a server; the program has to notice it.
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env("CARGO_MANIFEST_DIR", env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("the example starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    if said.contains("no graphics adapter") && std::env::var_os("MIRRORBALL_REQUIRE_GPU").is_none() {
+        println!("skipped: {said}");
+        return None;
+    }
+    Some(output)
+}
+
+fn scratch(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn two_loops_of_the_clip_are_drawn_without_trouble_or_growing_memory() {
+    let out = scratch("dance_stage");
+    let _ = std::fs::remove_dir_all(&out);
+    let (frames, size) = ((2 * CLIP).to_string(), format!("{}x{}", SIZE.x, SIZE.y));
+    let folder = out.to_str().expect("the target folder has a printable name");
+    let Some(output) = dance_stage(&["--frames", &frames, "--size", &size, "--out", folder]) else { return };
+    let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("no display"), "the change to files has to be said: {said}");
+    assert!(!TROUBLE.iter().any(|word| said.contains(word)), "{said}");
+
+    let report = std::fs::read_to_string(out.join("report.json")).expect("written");
+    let report: Value = serde_json::from_str(&report).expect("is JSON");
+    let lines = report["frames"].as_array().expect("a line for each picture");
+    assert_eq!(lines.len(), 2 * CLIP);
+    let first = lines[0]["picture"].as_u64().expect("counted");
+    for (i, line) in lines.iter().enumerate() {
+        assert_eq!(line["marker"], "Tracked", "picture {i}");
+        assert_eq!(line["ball_in_view"], true, "picture {i}");
+        assert_eq!(line["picture"], first + i as u64, "every picture once");
+    }
+    let memory = |i: usize| lines[i]["memory_mib"].as_f64().expect("Linux tells");
+    let growth = memory(2 * CLIP - 1) - memory(CLIP - 1);
+    println!("memory: {:.1} MiB after one loop, {growth:+.1} MiB in the second", memory(CLIP - 1));
+    assert!(growth <= MEMORY_MIB, "{growth} MiB more in the second loop");
+
+    let picture = |i: usize| FramePixels::open(out.join(format!("frame_{i:04}.png"))).expect("written");
+    assert_eq!(picture(0).size, SIZE);
+    let differences = |a: &FramePixels, b: &FramePixels| a.rgba.iter().zip(&b.rgba).filter(|(a, b)| a != b).count();
+    assert!(differences(&picture(0), &picture(7)) > 1000, "camera and dancer move");
+    // What the camera sees repeats itself; where the show is not, the second loop equals the first.
+    let (one, two) = (picture(3), picture(3 + CLIP));
+    assert!((0..SIZE.x as i32).all(|x| one.rgb8(x, 0).iter().zip(two.rgb8(x, 0)).all(|(a, b)| a.abs_diff(b) <= 1)));
+    let sheet = FramePixels::open(out.join("contact_sheet.png")).expect("written");
+    assert_eq!(sheet.size, UVec2::new(10 * 160, 12 * 120));
+}
+
+#[test]
+fn bad_input_is_answered_with_what_to_do() {
+    let cases: [(&[&str], &[&str]); 8] = [
+        (&["--feed", "tape:1"], &["clip:DIR", "tape:1"]),
+        (&["--feed", "clip:nowhere"], &["nowhere/clip.json", "sidecar"]),
+        (&["--feed", "image:nowhere.jpg"], &["nowhere.jpg"]),
+        (&["--intrinsics", "1,2,3"], &["FX,FY,CX,CY"]),
+        (&["--fov", "0"], &["degrees"]),
+        (&["--frames", "0"], &["--frames", "above 0"]),
+        (&["--size", "640"], &["WIDTHxHEIGHT", "640"]),
+        (&["--scene", "nothing.glb"], &["nothing.glb"]),
+    ];
+    for (arguments, expected) in cases {
+        let Some(output) = dance_stage(&[arguments, &["--headless"]].concat()) else { return };
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success(), "{arguments:?}");
+        assert!(expected.iter().all(|part| said.contains(part)), "{arguments:?}: {said}");
+    }
+}
