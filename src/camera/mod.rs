@@ -20,12 +20,17 @@ mod frame;
 mod intrinsics;
 mod projection;
 mod upload;
+#[cfg(feature = "webcam")]
+#[cfg_attr(not(test), expect(dead_code, unused_imports, reason = "feeds take webcams in the next commit"))]
+mod webcam;
 
 pub use feed::{CameraError, CameraFeed, FeedState};
 pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
 pub use intrinsics::Intrinsics;
 pub use projection::{FrameFit, FrameMapping, IntrinsicsProjection};
 pub use upload::FrameTexture;
+#[cfg(feature = "webcam")]
+pub use webcam::{DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
 
 use crate::MirrorballSystems;
 use bevy::{
