@@ -30,7 +30,7 @@ pub use intrinsics::Intrinsics;
 pub use projection::{FrameFit, FrameMapping, IntrinsicsProjection};
 pub use upload::FrameTexture;
 #[cfg(feature = "webcam")]
-pub use webcam::{DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
+pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
 
 use crate::MirrorballSystems;
 use bevy::{

@@ -45,7 +45,7 @@ pub(in crate::camera) struct Captured {
 /// How a webcam is doing.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::camera) enum WebcamStatus {
-    /// It is being opened.
+    /// It is being opened, and no picture has arrived yet.
     Opening,
     /// Pictures arrive.
     Playing(WebcamStream),
@@ -79,6 +79,8 @@ struct State {
     newest: Option<(FramePixels, Instant)>,
     dropped: u64,
     status: WebcamStatus,
+    /// What is open now.
+    stream: Option<WebcamStream>,
     /// When the state last changed for the better: opened, or a good picture.
     heard: Instant,
     /// What was wrong with the pictures since the last good one.
@@ -92,6 +94,7 @@ impl Webcam {
             newest: None,
             dropped: 0,
             status: WebcamStatus::Opening,
+            stream: None,
             heard: Instant::now(),
             damage: None,
         }));
@@ -115,16 +118,15 @@ impl Webcam {
     pub(in crate::camera) fn status(&self) -> WebcamStatus {
         let state = lock(&self.state);
         let silence = state.heard.elapsed();
-        match &state.status {
-            WebcamStatus::Playing(stream) if silence > patience(stream) => {
-                let seconds = patience(stream).as_secs_f32();
-                WebcamStatus::Lost(silent(&stream.name, seconds, state.damage.as_ref()))
+        match (&state.status, &state.stream) {
+            (WebcamStatus::Opening | WebcamStatus::Playing(_), Some(stream)) if silence > patience(stream) => {
+                WebcamStatus::Lost(silent(stream, patience(stream), state.damage.as_ref()))
             }
-            WebcamStatus::Opening if silence > OPENING_PATIENCE => WebcamStatus::Lost(format!(
+            (WebcamStatus::Opening, None) if silence > OPENING_PATIENCE => WebcamStatus::Lost(format!(
                 "the camera has not answered for {} s. If this stays, unplug it and plug it in again",
                 OPENING_PATIENCE.as_secs()
             )),
-            status => status.clone(),
+            (status, _) => status.clone(),
         }
     }
 }
@@ -138,7 +140,8 @@ fn patience(stream: &WebcamStream) -> Duration {
     two_pictures.clamp(PATIENCE, RESTART)
 }
 
-fn silent(name: &str, seconds: f32, damage: Option<&DecodeError>) -> String {
+fn silent(stream: &WebcamStream, silence: Duration, damage: Option<&DecodeError>) -> String {
+    let (name, seconds) = (&stream.name, silence.as_secs_f32());
     match damage {
         None => format!(
             "no picture from the camera \"{name}\" for {seconds} s. If this stays, unplug it and plug it in again, or try \
@@ -159,7 +162,11 @@ fn run(state: &Mutex<State>, options: &DeviceOptions, stop: &Receiver<Infallible
         let session = catch_unwind(AssertUnwindSafe(|| play(state, options, stop, &mut known)));
         match session.unwrap_or_else(|panic| Err(panic_text(panic))) {
             Ok(Stopped) => return,
-            Err(reason) => lock(state).status = WebcamStatus::Lost(reason),
+            Err(reason) => {
+                let mut state = lock(state);
+                state.status = WebcamStatus::Lost(reason);
+                state.stream = None;
+            }
         }
         if stop.recv_timeout(RETRY) != Err(RecvTimeoutError::Timeout) {
             return;
@@ -185,18 +192,20 @@ fn play(
     let stream = source.stream().clone();
     *known = Some(device.clone());
     let mut heard = Instant::now();
-    lock(state).heard = heard;
+    {
+        let mut state = lock(state);
+        state.status = WebcamStatus::Opening;
+        state.stream = Some(stream.clone());
+        state.heard = heard;
+        state.damage = None;
+    }
     loop {
         if stop.try_recv() != Err(TryRecvError::Empty) {
             return Ok(Stopped);
         }
         let Some(picture) = source.next(STEP)? else {
             if heard.elapsed() > RESTART {
-                return Err(silent(&stream.name, RESTART.as_secs_f32(), None));
-            }
-            let mut state = lock(state);
-            if state.status == WebcamStatus::Opening && heard.elapsed() > patience(&stream) {
-                state.status = WebcamStatus::Lost(silent(&stream.name, patience(&stream).as_secs_f32(), None));
+                return Err(silent(&stream, RESTART, None));
             }
             continue;
         };
@@ -239,7 +248,7 @@ mod tests {
     }
 
     fn webcam(status: WebcamStatus, heard: Instant) -> (Webcam, Receiver<Infallible>) {
-        let state = State { newest: None, dropped: 0, status, heard, damage: None };
+        let state = State { newest: None, dropped: 0, status, stream: Some(stream(30.0)), heard, damage: None };
         let (alive, stop) = channel();
         (Webcam { state: Arc::new(Mutex::new(state)), _alive: alive }, stop)
     }

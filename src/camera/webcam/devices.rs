@@ -33,6 +33,18 @@ pub enum DeviceExposure {
     Seconds(f32),
 }
 
+/// How pictures travel from the camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DeviceEncoding {
+    /// As the wished size and rate are met best; uncompressed if that does not matter.
+    #[default]
+    Any,
+    /// As they are: exact colors and corners, but many cameras send large pictures slowly.
+    Uncompressed,
+    /// As JPEGs: a tenth of the data, for large pictures, long cables and several cameras on one USB bus.
+    Jpeg,
+}
+
 /// A camera, and what is asked of it. The camera does what it can: the size and rate nearest to the wishes are taken, the
 /// size first.
 ///
@@ -54,6 +66,8 @@ pub struct DeviceOptions {
     pub size: Option<UVec2>,
     /// Wished pictures per second; values that are not positive numbers count as `None`. Defaults to `None`: 30.
     pub frame_rate: Option<f32>,
+    /// How pictures travel. A camera that cannot do it sends as it can. Defaults to [`DeviceEncoding::Any`].
+    pub encoding: DeviceEncoding,
     /// How long the sensor collects light. Defaults to [`DeviceExposure::Unchanged`].
     pub exposure: DeviceExposure,
 }

@@ -1,5 +1,6 @@
 //! Which of a camera's modes is used.
 
+use super::devices::{DeviceEncoding, DeviceOptions};
 use bevy::prelude::*;
 use std::cmp::Ordering;
 
@@ -78,9 +79,15 @@ const SAME_RATE: f32 = 0.05;
 /// Cost of a rate the driver does not tell: that of one about a third off.
 const UNKNOWN_RATE_COST: f32 = 0.3;
 
-/// The mode with the nearest size, then the nearest rate, then the best format. Distances are ratios, so that half is as
-/// far as double.
-pub(super) fn choose(modes: &[Mode], size: UVec2, frame_rate: f32) -> Option<Mode> {
+/// The mode with the wished encoding, if there is one, the nearest size, then the nearest rate, then the best format.
+/// Distances are ratios, so that half is as far as double.
+pub(super) fn choose(modes: &[Mode], options: &DeviceOptions) -> Option<Mode> {
+    let (size, frame_rate) = (options.wished_size(), options.wished_frame_rate());
+    let is_other_encoding = |mode: &Mode| match options.encoding {
+        DeviceEncoding::Any => false,
+        DeviceEncoding::Uncompressed => mode.format == PixelFormat::Mjpeg,
+        DeviceEncoding::Jpeg => mode.format != PixelFormat::Mjpeg,
+    };
     let ratio = |a: f32, b: f32| (a / b).ln().abs();
     let size_cost = |mode: &Mode| {
         let (is, wish) = (mode.size.as_vec2(), size.as_vec2());
@@ -92,7 +99,8 @@ pub(super) fn choose(modes: &[Mode], size: UVec2, frame_rate: f32) -> Option<Mod
         Some(rate) => ratio(rate.per_second(), frame_rate),
     };
     let order = |a: &Mode, b: &Mode| -> Ordering {
-        (size_cost(a).total_cmp(&size_cost(b)))
+        (is_other_encoding(a).cmp(&is_other_encoding(b)))
+            .then(size_cost(a).total_cmp(&size_cost(b)))
             .then(rate_cost(a).total_cmp(&rate_cost(b)))
             .then(a.format.cmp(&b.format))
     };
@@ -110,6 +118,10 @@ mod tests {
         Mode { format, size, rate: FrameRate::new(frames, seconds) }
     }
 
+    fn chosen(modes: &[Mode], size: UVec2, frame_rate: f32) -> Option<Mode> {
+        choose(modes, &DeviceOptions { size: Some(size), frame_rate: Some(frame_rate), ..default() })
+    }
+
     #[test]
     fn the_nearest_size_comes_before_rate_and_format() {
         let modes = [
@@ -117,28 +129,37 @@ mod tests {
             mode(PixelFormat::Gray, VGA, 5, 1),
             mode(PixelFormat::Mjpeg, HD, 60, 1),
         ];
-        assert_eq!(choose(&modes, VGA, 30.0), Some(modes[1]));
-        assert_eq!(choose(&modes, UVec2::new(1200, 700), 60.0), Some(modes[2]));
-        assert_eq!(choose(&[], VGA, 30.0), None);
+        assert_eq!(chosen(&modes, VGA, 30.0), Some(modes[1]));
+        assert_eq!(chosen(&modes, UVec2::new(1200, 700), 60.0), Some(modes[2]));
+        assert_eq!(chosen(&[], VGA, 30.0), None);
     }
 
     #[test]
     fn jpeg_is_taken_when_only_it_reaches_the_rate() {
         let modes = [mode(PixelFormat::Yuyv, VGA, 15, 2), mode(PixelFormat::Mjpeg, VGA, 30, 1)];
-        assert_eq!(choose(&modes, VGA, 30.0), Some(modes[1]));
-        assert_eq!(choose(&modes, VGA, 8.0), Some(modes[0]));
+        assert_eq!(chosen(&modes, VGA, 30.0), Some(modes[1]));
+        assert_eq!(chosen(&modes, VGA, 8.0), Some(modes[0]));
     }
 
     #[test]
     fn uncompressed_is_taken_at_equal_rates_and_a_broadcast_rate_is_equal_to_its_round_one() {
         let modes = [mode(PixelFormat::Mjpeg, VGA, 30, 1), mode(PixelFormat::Yuyv, VGA, 30_000, 1001)];
-        assert_eq!(choose(&modes, VGA, 30.0), Some(modes[1]));
+        assert_eq!(chosen(&modes, VGA, 30.0), Some(modes[1]));
     }
 
     #[test]
     fn a_mode_without_a_size_is_never_taken_and_one_without_a_rate_may_be() {
         let unknown = Mode { format: PixelFormat::Yuyv, size: VGA, rate: FrameRate::new(0, 1) };
-        assert_eq!(choose(&[mode(PixelFormat::Yuyv, UVec2::new(0, 480), 30, 1), unknown], VGA, 30.0), Some(unknown));
-        assert_eq!(choose(&[mode(PixelFormat::Yuyv, VGA, 5, 1), unknown], VGA, 30.0), Some(unknown));
+        assert_eq!(chosen(&[mode(PixelFormat::Yuyv, UVec2::new(0, 480), 30, 1), unknown], VGA, 30.0), Some(unknown));
+        assert_eq!(chosen(&[mode(PixelFormat::Yuyv, VGA, 5, 1), unknown], VGA, 30.0), Some(unknown));
+    }
+
+    #[test]
+    fn a_wished_encoding_is_taken_where_there_is_one() {
+        let modes = [mode(PixelFormat::Yuyv, VGA, 30, 1), mode(PixelFormat::Mjpeg, HD, 30, 1)];
+        let chosen = |modes: &[Mode], encoding| choose(modes, &DeviceOptions { encoding, ..default() });
+        assert_eq!(chosen(&modes, DeviceEncoding::Jpeg), Some(modes[1]));
+        assert_eq!(chosen(&modes, DeviceEncoding::Uncompressed), Some(modes[0]));
+        assert_eq!(chosen(&modes[1..], DeviceEncoding::Uncompressed), Some(modes[1]));
     }
 }

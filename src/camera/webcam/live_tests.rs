@@ -5,7 +5,7 @@
 //! `MIRRORBALL_REQUIRE_CAMERA` turns a skip into a failure.
 
 use super::{
-    Captured, DeviceExposure, DeviceId, DeviceOptions, Webcam, WebcamStatus, capture::WebcamStream,
+    Captured, DeviceEncoding, DeviceExposure, DeviceId, DeviceOptions, Webcam, WebcamStatus, capture::WebcamStream,
     format::PixelFormat, list_devices,
 };
 use bevy::prelude::*;
@@ -72,20 +72,25 @@ struct UsbCamera {
 }
 
 impl UsbCamera {
-    fn plug_in(arguments: &[&str], pictures: &[&str]) -> Option<Self> {
+    /// Options of the emulator and names of the pictures that it sends in turn.
+    fn plug_in(arguments: &[&str]) -> Option<Self> {
         let guard = CAMERA.lock().unwrap_or_else(PoisonError::into_inner);
         let (Some(program), Ok(folder)) = (env::var_os("MIRRORBALL_UVCEMU"), env::var("MIRRORBALL_UVC_FRAMES")) else {
             return skip("MIRRORBALL_UVCEMU and MIRRORBALL_UVC_FRAMES do not name the emulated camera");
         };
-        let pictures = pictures.iter().map(|name| format!("{folder}/{name}"));
-        let process = Command::new(program).args(arguments).args(pictures).spawn().expect("the emulator starts");
+        let arguments = arguments.iter().map(|&name| match name.strip_suffix(".jpg") {
+            Some(_) => format!("{folder}/{name}"),
+            None => name.to_owned(),
+        });
+        let process = Command::new(program).args(arguments).spawn().expect("the emulator starts");
         let camera = Self { process, _guard: guard };
         assert!(wait_until(LONG, || list_devices().iter().any(|device| device.name.contains(USB_CAMERA))));
         Some(camera)
     }
 
     fn options() -> DeviceOptions {
-        DeviceOptions { device: DeviceId::Name(USB_CAMERA.to_owned()), ..default() }
+        let device = DeviceId::Name(USB_CAMERA.to_owned());
+        DeviceOptions { device, encoding: DeviceEncoding::Jpeg, ..default() }
     }
 }
 
@@ -241,7 +246,8 @@ fn a_stalled_camera_is_lost_and_recovers_by_itself() {
     vivid.set(DROPPED, 100);
     let text = wait_for_lost(&webcam, Duration::from_secs(4));
     assert!(text.contains("for 2 s"), "{text}");
-    let is_reopened = wait_until(LONG, || wait_for_lost(&webcam, Duration::ZERO).contains("for 10 s"));
+    let is_reopened =
+        wait_until(LONG, || matches!(webcam.status(), WebcamStatus::Lost(text) if text.contains("for 10 s")));
     vivid.set(DROPPED, 0);
     assert!(is_reopened);
     wait_for_playing(&webcam);
@@ -302,7 +308,7 @@ fn a_camera_may_be_closed_and_opened_many_times() {
 
 #[test]
 fn a_usb_camera_sends_jpegs_and_takes_a_fixed_exposure() {
-    let Some(_camera) = UsbCamera::plug_in(&["-b", "bright.jpg"], &["f1.jpg", "f2.jpg", "f3.jpg", "f4.jpg"]) else {
+    let Some(_camera) = UsbCamera::plug_in(&["-b", "bright.jpg", "f1.jpg", "f2.jpg", "f3.jpg"]) else {
         return;
     };
     let webcam = Webcam::open(UsbCamera::options());
@@ -321,7 +327,7 @@ fn a_usb_camera_sends_jpegs_and_takes_a_fixed_exposure() {
 
 #[test]
 fn damaged_jpegs_are_dropped_and_counted() {
-    let Some(camera) = UsbCamera::plug_in(&[], &["f1.jpg", "junk.jpg", "cut.jpg", "f2.jpg"]) else {
+    let Some(camera) = UsbCamera::plug_in(&["f1.jpg", "junk.jpg", "cut.jpg", "f2.jpg"]) else {
         return;
     };
     let webcam = Webcam::open(UsbCamera::options());
@@ -336,7 +342,7 @@ fn damaged_jpegs_are_dropped_and_counted() {
     // Whole pictures of one scene are alike; half gray ones are not.
     assert!(means.iter().all(|mean| mean.distance(means[0]) < 5.0), "{means:?}");
     drop((webcam, camera));
-    let Some(_camera) = UsbCamera::plug_in(&[], &["junk.jpg", "cut.jpg"]) else {
+    let Some(_camera) = UsbCamera::plug_in(&["junk.jpg", "cut.jpg"]) else {
         return;
     };
     let webcam = Webcam::open(UsbCamera::options());
@@ -346,7 +352,7 @@ fn damaged_jpegs_are_dropped_and_counted() {
 
 #[test]
 fn empty_pictures_are_dropped() {
-    let Some(_camera) = UsbCamera::plug_in(&["-E", "2"], &["f1.jpg", "f2.jpg"]) else {
+    let Some(_camera) = UsbCamera::plug_in(&["-E", "2", "f1.jpg", "f2.jpg"]) else {
         return;
     };
     let webcam = Webcam::open(UsbCamera::options());
@@ -358,14 +364,14 @@ fn empty_pictures_are_dropped() {
 #[test]
 fn an_unplugged_usb_camera_is_found_again_by_its_name() {
     let pictures = &["f1.jpg", "f2.jpg", "f3.jpg"];
-    let Some(camera) = UsbCamera::plug_in(&[], pictures) else {
+    let Some(camera) = UsbCamera::plug_in(pictures) else {
         return;
     };
     let webcam = Webcam::open(UsbCamera::options());
     wait_for_playing(&webcam);
     drop(camera);
     wait_for_lost(&webcam, Duration::from_secs(2));
-    let Some(_camera) = UsbCamera::plug_in(&[], pictures) else {
+    let Some(_camera) = UsbCamera::plug_in(pictures) else {
         return;
     };
     webcam.take();

@@ -40,4 +40,4 @@ mod source;
 mod source;
 
 pub(super) use capture::{Captured, Webcam, WebcamStatus};
-pub use devices::{DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
+pub use devices::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};

@@ -58,7 +58,7 @@ impl Source {
         let mut camera = Camera::new(CameraIndex::Index(info.index), request).map_err(failed("cannot be opened"))?;
         let formats = camera.compatible_camera_formats().map_err(failed("does not tell its modes"))?;
         let modes: Vec<_> = formats.iter().filter_map(mode).collect();
-        let mode = choose(&modes, options.wished_size(), options.wished_frame_rate()).ok_or_else(|| {
+        let mode = choose(&modes, options).ok_or_else(|| {
             format!("the camera \"{}\" has no mode that can be decoded. Take another camera", info.name)
         })?;
         let rate = mode.rate.map_or(0, |rate| rate.frames);

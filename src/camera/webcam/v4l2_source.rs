@@ -83,7 +83,7 @@ impl Source {
         };
         let device = Device::new(info.index as usize).map_err(failed("cannot be opened"))?;
         let modes = modes(&device, options).map_err(failed("does not tell its modes"))?;
-        let mode = choose(&modes, options.wished_size(), options.wished_frame_rate()).ok_or_else(|| {
+        let mode = choose(&modes, options).ok_or_else(|| {
             let known = "YUYV, NV12, RGB, BGR, MJPEG or gray";
             format!("{} has no mode in one of the formats {known}. Take another camera", title(info))
         })?;
