@@ -68,7 +68,7 @@ pub(super) fn decode(raw: &RawPicture) -> Result<FramePixels, DecodeError> {
     FramePixels::new(raw.size, rgba).ok_or(DecodeError::Empty)
 }
 
-/// Y'CbCr of limited range to R'G'B' of full range, ITU-R BT.601-7 §2.5: Y' has 219 steps from 16, Cb and Cr have 224 steps
+/// `Y'CbCr` of limited range to R'G'B' of full range, ITU-R BT.601-7 §2.5: Y' has 219 steps from 16, Cb and Cr have 224 steps
 /// around 128. In 16-bit fixed point: 1.164383 (Y'−16), 1.596027 Cr, −0.391762 Cb − 0.812968 Cr, 2.017232 Cb.
 struct Chroma {
     red: i32,
@@ -107,11 +107,16 @@ fn yuyv_row(row_in: &[u8], row: &mut [u8]) {
 }
 
 fn nv12_row(luma: &[u8], chroma: &[u8], row: &mut [u8]) {
-    for ((luma, chroma), out) in luma.chunks(2).zip(chroma.chunks_exact(2)).zip(row.chunks_mut(8)) {
-        let chroma = Chroma::new(chroma[0], chroma[1]);
-        for (&y, out) in luma.iter().zip(out.chunks_exact_mut(4)) {
-            out.copy_from_slice(&chroma.with_luma(y));
-        }
+    let (pairs, last) = row.as_chunks_mut::<8>();
+    let (luma, last_luma) = luma.as_chunks::<2>();
+    let (chroma, _) = chroma.as_chunks::<2>();
+    for ((&[y0, y1], &[cb, cr]), out) in luma.iter().zip(chroma).zip(pairs) {
+        let chroma = Chroma::new(cb, cr);
+        let ([r0, g0, b0, a0], [r1, g1, b1, a1]) = (chroma.with_luma(y0), chroma.with_luma(y1));
+        *out = [r0, g0, b0, a0, r1, g1, b1, a1];
+    }
+    if let (&[y], Some(&[cb, cr])) = (last_luma, chroma.last()) {
+        last.copy_from_slice(&Chroma::new(cb, cr).with_luma(y));
     }
 }
 

@@ -8,9 +8,9 @@ use std::cmp::Ordering;
 /// JPEG, whose blocks soften corners and colors, and gray last, since light without color is half a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::camera) enum PixelFormat {
-    /// Y'CbCr 4:2:2, two pixels in four bytes: Y'₀ Cb Y'₁ Cr.
+    /// `Y'CbCr` 4:2:2, two pixels in four bytes: Y'₀ Cb Y'₁ Cr.
     Yuyv,
-    /// Y'CbCr 4:2:0: a plane of Y', then one of Cb and Cr in turn at half the width and height.
+    /// `Y'CbCr` 4:2:0: a plane of Y', then one of Cb and Cr in turn at half the width and height.
     Nv12,
     /// Red, green, blue; one byte each.
     Rgb,

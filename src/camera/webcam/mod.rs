@@ -21,7 +21,7 @@
 //! One thread per camera; decoding a 640 × 480 picture takes about a millisecond of it in release builds.
 //!
 //! # Limits
-//! YUYV, NV12, RGB, BGR, gray and JPEG pictures in one plane. Y'CbCr is taken as ITU-R BT.601 with limited range, which is
+//! YUYV, NV12, RGB, BGR, gray and JPEG pictures in one plane. `Y'CbCr` is taken as ITU-R BT.601 with limited range, which is
 //! what the USB video class prescribes by default; JPEG as JFIF (BT.601, full range). The transfer function is taken as
 //! sRGB's.
 

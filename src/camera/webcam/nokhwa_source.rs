@@ -54,7 +54,8 @@ impl Source {
     /// Opens the camera and starts it in the mode that is nearest to the wishes.
     pub(super) fn open(info: &DeviceInfo, options: &DeviceOptions) -> Result<Self, String> {
         let failed = |what: &'static str| move |error: NokhwaError| describe(info, what, &error);
-        let request = RequestedFormat::with_formats(RequestedFormatType::None, &FORMATS.map(|(format, _)| format));
+        let known = FORMATS.map(|(format, _)| format);
+        let request = RequestedFormat::with_formats(RequestedFormatType::None, &known);
         let mut camera = Camera::new(CameraIndex::Index(info.index), request).map_err(failed("cannot be opened"))?;
         let formats = camera.compatible_camera_formats().map_err(failed("does not tell its modes"))?;
         let modes: Vec<_> = formats.iter().filter_map(mode).collect();
@@ -63,7 +64,7 @@ impl Source {
         })?;
         let rate = mode.rate.map_or(0, |rate| rate.frames);
         let exact = CameraFormat::new(Resolution::new(mode.size.x, mode.size.y), frame_format(mode.format), rate);
-        let request = RequestedFormat::with_formats(RequestedFormatType::Exact(exact), &[exact.format()]);
+        let request = RequestedFormat::with_formats(RequestedFormatType::Exact(exact), &known);
         let got = camera.set_camera_requset(request).map_err(failed("does not take its own mode"))?;
         camera.open_stream().map_err(failed("does not start"))?;
         if options.exposure != DeviceExposure::Unchanged {

@@ -1,4 +1,4 @@
-//! Cameras on Linux: Video4Linux 2 through its `ioctl`s.
+//! Cameras on Linux, through the kernel's video interface V4L2.
 //!
 //! <https://docs.kernel.org/userspace-api/media/v4l/v4l2.html>
 
