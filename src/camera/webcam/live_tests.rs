@@ -1,16 +1,17 @@
 //! Tests against real drivers: vivid, the kernel's virtual camera, and the USB video driver with an emulated webcam.
 //!
 //! They skip with a printed reason where there is none, and run in a small virtual machine: `scripts/test_webcam.sh`. There
-//! the environment names the emulator (`MIRRORBALL_UVCEMU`) and the folder with its pictures (`MIRRORBALL_UVC_FRAMES`), and
-//! `MIRRORBALL_REQUIRE_CAMERA` turns a skip into a failure.
+//! `MIRRORBALL_USB_CAMERA` names the emulator, and `MIRRORBALL_REQUIRE_CAMERA` turns a skip into a failure.
 
 use super::{
     Captured, DeviceEncoding, DeviceExposure, DeviceId, DeviceOptions, Webcam, WebcamStatus, capture::WebcamStream,
     format::PixelFormat, list_devices,
 };
 use bevy::prelude::*;
+use image::codecs::jpeg::JpegEncoder;
 use std::{
     env, fs,
+    path::Path,
     process::{Child, Command},
     sync::{Mutex, MutexGuard, PoisonError},
     thread::sleep,
@@ -87,14 +88,12 @@ impl UsbCamera {
     /// Options of the emulator and names of the pictures that it sends in turn.
     fn plug_in(arguments: &[&str]) -> Option<Self> {
         let guard = CAMERA.lock().unwrap_or_else(PoisonError::into_inner);
-        let (Some(program), Ok(folder)) = (env::var_os("MIRRORBALL_UVCEMU"), env::var("MIRRORBALL_UVC_FRAMES")) else {
-            return skip("MIRRORBALL_UVCEMU and MIRRORBALL_UVC_FRAMES do not name the emulated camera");
+        let Some(program) = env::var_os("MIRRORBALL_USB_CAMERA") else {
+            return skip("MIRRORBALL_USB_CAMERA does not name the emulated camera");
         };
-        let arguments = arguments.iter().map(|&name| match name.strip_suffix(".jpg") {
-            Some(_) => format!("{folder}/{name}"),
-            None => name.to_owned(),
-        });
-        let process = Command::new(program).args(arguments).spawn().expect("the emulator starts");
+        let folder = env::temp_dir().join("mirrorball_usb_camera");
+        write_pictures(&folder);
+        let process = Command::new(program).args(arguments).current_dir(folder).spawn().expect("the emulator starts");
         let camera = Self { process, _guard: guard };
         assert!(wait_until(LONG, || list_devices().iter().any(|device| device.name.contains(USB_CAMERA))));
         Some(camera)
@@ -112,6 +111,27 @@ impl Drop for UsbCamera {
         self.process.wait().expect("the emulator ends");
         wait_until(LONG, || list_devices().iter().all(|device| !device.name.contains(USB_CAMERA)));
     }
+}
+
+/// Three pictures of one scene, a white one, one cut off and rubbish.
+fn write_pictures(folder: &Path) {
+    fs::create_dir_all(folder).expect("is writable");
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.join(name), bytes).expect("is writable");
+    let encoded = |color: &dyn Fn(u32, u32) -> [u8; 3]| {
+        let mut jpeg = Vec::new();
+        let picture = image::RgbImage::from_fn(640, 480, |x, y| image::Rgb(color(x, y)));
+        JpegEncoder::new_with_quality(&mut jpeg, 75).encode_image(&picture).expect("is encoded");
+        jpeg
+    };
+    for (name, shift) in [("f1.jpg", 0), ("f2.jpg", 40), ("f3.jpg", 80)] {
+        let jpeg = encoded(&|x, y| [((x + shift) % 160) as u8, (y / 4) as u8, ((x ^ y) % 32) as u8]);
+        write(name, &jpeg);
+        if shift == 0 {
+            write("cut.jpg", &jpeg[..jpeg.len() / 2]);
+        }
+    }
+    write("bright.jpg", &encoded(&|_, _| [255; 3]));
+    write("junk.jpg", &[0x55; 400]);
 }
 
 fn wait_until(limit: Duration, mut is_so: impl FnMut() -> bool) -> bool {
