@@ -6,6 +6,7 @@
 //
 // The pictures are sent in turn; with -E every Nth one is empty. BRIGHT.jpg is what it sees at a fixed exposure of 0.1
 // s or more.
+
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
@@ -20,163 +21,31 @@
 #define W32(x) (x) & 255, ((x) >> 8) & 255, ((x) >> 16) & 255, ((x) >> 24) & 255
 #define PAYLOAD 16384
 typedef uint8_t u8;
+// The device as it describes itself, UVC 1.1 chapter 3.
+// clang-format off
 static const u8 devd[] = {18, 1, W16(0x200), 0xef, 2, 1, 64, W16(0x1209), W16(0x0001), W16(0x100), 1, 2, 3, 1};
-#define FRAME(sub, idx, w, h, sz, defi)                                                                                \
-    38, 0x24, sub, idx, 0, W16(w), W16(h), W32(1000000), W32(100000000), W32(sz), W32(defi), 3, W32(333333),           \
-        W32(666666), W32(1333333)
+#define FRAME(sub, idx, w, h, sz, defi) \
+  38, 0x24, sub, idx, 0, W16(w), W16(h), W32(1000000), W32(100000000), W32(sz), W32(defi), \
+  3, W32(333333), W32(666666), W32(1333333)
 #define VS 15 + 11 + 38 * 2 + 6 + 27 + 38 * 2 + 6
-static const u8 cfgd[] = {9,
-                          2,
-                          W16(9 + 8 + 9 + 13 + 18 + 12 + 9 + 9 + VS + 7),
-                          2,
-                          1,
-                          0,
-                          0x80,
-                          250,
-                          8,
-                          11,
-                          0,
-                          2,
-                          0x0e,
-                          3,
-                          0,
-                          2,
-                          9,
-                          4,
-                          0,
-                          0,
-                          0,
-                          0x0e,
-                          1,
-                          0,
-                          2,
-                          13,
-                          0x24,
-                          1,
-                          W16(0x110),
-                          W16(13 + 18 + 12 + 9),
-                          W32(48000000),
-                          1,
-                          1,
-                          18,
-                          0x24,
-                          2,
-                          1,
-                          W16(0x201),
-                          0,
-                          0,
-                          0,
-                          0,
-                          0,
-                          0,
-                          0,
-                          0,
-                          3,
-                          0x0a,
-                          0,
-                          0, // camera: AE mode, exposure time
-                          12,
-                          0x24,
-                          5,
-                          2,
-                          1,
-                          0,
-                          0,
-                          2,
-                          W16(0x201),
-                          0,
-                          0, // processing: brightness, gain
-                          9,
-                          0x24,
-                          3,
-                          3,
-                          W16(0x101),
-                          0,
-                          2,
-                          0,
-                          9,
-                          4,
-                          1,
-                          0,
-                          1,
-                          0x0e,
-                          2,
-                          0,
-                          0,
-                          15,
-                          0x24,
-                          1,
-                          2,
-                          W16(VS),
-                          0x81,
-                          0,
-                          3,
-                          0,
-                          0,
-                          0,
-                          1,
-                          0,
-                          0,
-                          11,
-                          0x24,
-                          6,
-                          1,
-                          2,
-                          1,
-                          1,
-                          0,
-                          0,
-                          0,
-                          0,
-                          FRAME(7, 1, 640, 480, 614400, 333333),
-                          FRAME(7, 2, 320, 240, 153600, 333333),
-                          6,
-                          0x24,
-                          13,
-                          1,
-                          1,
-                          4,
-                          27,
-                          0x24,
-                          4,
-                          2,
-                          2,
-                          'Y',
-                          'U',
-                          'Y',
-                          '2',
-                          0,
-                          0,
-                          0x10,
-                          0,
-                          0x80,
-                          0,
-                          0,
-                          0xaa,
-                          0,
-                          0x38,
-                          0x9b,
-                          0x71,
-                          16,
-                          1,
-                          0,
-                          0,
-                          0,
-                          0,
-                          FRAME(5, 1, 640, 480, 614400, 1333333),
-                          FRAME(5, 2, 320, 240, 153600, 666666),
-                          6,
-                          0x24,
-                          13,
-                          1,
-                          1,
-                          4,
-                          7,
-                          5,
-                          0x81,
-                          2,
-                          W16(512),
-                          0};
+static const u8 cfgd[] = {
+  9, 2, W16(9 + 8 + 9 + 13 + 18 + 12 + 9 + 9 + VS + 7), 2, 1, 0, 0x80, 250,
+  8, 11, 0, 2, 0x0e, 3, 0, 2,
+  9, 4, 0, 0, 0, 0x0e, 1, 0, 2,
+  13, 0x24, 1, W16(0x110), W16(13 + 18 + 12 + 9), W32(48000000), 1, 1,
+  18, 0x24, 2, 1, W16(0x201), 0, 0, 0, 0, 0, 0, 0, 0, 3, 0x0a, 0, 0,   // camera: AE mode, exposure time
+  12, 0x24, 5, 2, 1, 0, 0, 2, W16(0x201), 0, 0,                         // processing: brightness, gain
+  9, 0x24, 3, 3, W16(0x101), 0, 2, 0,
+  9, 4, 1, 0, 1, 0x0e, 2, 0, 0,
+  15, 0x24, 1, 2, W16(VS), 0x81, 0, 3, 0, 0, 0, 1, 0, 0,
+  11, 0x24, 6, 1, 2, 1, 1, 0, 0, 0, 0,
+  FRAME(7, 1, 640, 480, 614400, 333333), FRAME(7, 2, 320, 240, 153600, 333333),
+  6, 0x24, 13, 1, 1, 4,
+  27, 0x24, 4, 2, 2, 'Y', 'U', 'Y', '2', 0, 0, 0x10, 0, 0x80, 0, 0, 0xaa, 0, 0x38, 0x9b, 0x71, 16, 1, 0, 0, 0, 0,
+  FRAME(5, 1, 640, 480, 614400, 1333333), FRAME(5, 2, 320, 240, 153600, 666666),
+  6, 0x24, 13, 1, 1, 4,
+  7, 5, 0x81, 2, W16(512), 0};
+// clang-format on
 static int s, fmt = 1, frm = 1, ae = 8, expo = 250, bright = 128, gain = 10, stuck, empty_every;
 static uint32_t interval = 333333;
 static u8 probe[34];
@@ -185,55 +54,58 @@ static long jlen[65];
 static int nj;
 static char *bj;
 static long bl;
+
 static struct {
     uint32_t seq, len;
 } q[64];
+
 static int qn;
 static u8 *cur;
 static long clen, cpos;
 static int fid, count;
 static double next_t;
 static u8 *yuyv;
+
 static double now(void) {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return t.tv_sec + t.tv_nsec / 1e9;
 }
+
 static void rd(void *b, size_t n) {
     char *p = b;
     while (n) {
         ssize_t r = read(s, p, n);
         if (r <= 0) {
-            if (r < 0 && errno == EINTR)
-                continue;
+            if (r < 0 && errno == EINTR) continue;
             exit(0);
         }
         p += r;
         n -= r;
     }
 }
+
 static void wr(const void *b, size_t n) {
     const char *p = b;
     while (n) {
         ssize_t r = write(s, p, n);
         if (r <= 0) {
-            if (r < 0 && errno == EINTR)
-                continue;
+            if (r < 0 && errno == EINTR) continue;
             exit(0);
         }
         p += r;
         n -= r;
     }
 }
-static uint32_t be(uint32_t x) {
-    return __builtin_bswap32(x);
-}
+
+static uint32_t be(uint32_t x) { return __builtin_bswap32(x); }
+
 static void ret(uint32_t seq, int status, const void *d, uint32_t n, int in) {
     uint32_t h[12] = {be(3), be(seq), 0, 0, 0, be(status), be(n)};
     wr(h, 48);
-    if (in && n)
-        wr(d, n);
+    if (in && n) wr(d, n);
 }
+
 static void setprobe(void) {
     static const uint32_t sz[3] = {0, 614400, 153600};
     memset(probe, 0, sizeof probe);
@@ -247,6 +119,7 @@ static void setprobe(void) {
     uint32_t c = 48000000;
     memcpy(probe + 26, &c, 4);
 }
+
 static void newframe(void) {
     count++;
     cpos = 0;
@@ -271,11 +144,11 @@ static void newframe(void) {
             p[1] = 128;
         }
 }
+
 static void pump(void) {
     while (qn) {
         if (!cur) {
-            if (now() < next_t)
-                return;
+            if (now() < next_t) return;
             double t = now();
             next_t = next_t + 1 < t ? t : next_t;
             next_t += interval / 1e7;
@@ -284,8 +157,7 @@ static void pump(void) {
         static u8 b[PAYLOAD];
         long n = clen - cpos, m = (q[0].len < PAYLOAD ? q[0].len : PAYLOAD) - 2;
         int eof = n <= m;
-        if (n > m)
-            n = m;
+        if (n > m) n = m;
         b[0] = 2;
         b[1] = 0x80 | fid | (eof ? 2 : 0);
         memcpy(b + 2, cur + cpos, n);
@@ -298,10 +170,10 @@ static void pump(void) {
         }
     }
 }
+
 static int getctl(u8 req, int ent, int cs, int intf, u8 *o) { // returns length, -1 = stall
     if (intf == 1) {
-        if (cs != 1 && cs != 2)
-            return -1;
+        if (cs != 1 && cs != 2) return -1;
         if (req == 0x86) {
             o[0] = 3;
             return 1;
@@ -324,8 +196,7 @@ static int getctl(u8 req, int ent, int cs, int intf, u8 *o) { // returns length,
         len = 1;
         int t[] = {ae, 0, 0, 9, 8};
         memcpy(v, t, sizeof t);
-        if (req == 0x82 || req == 0x83)
-            return -1;
+        if (req == 0x82 || req == 0x83) return -1;
     } else if (ent == 1 && cs == 4) {
         len = 4;
         int t[] = {expo, 3, 2047, 1, 250};
@@ -350,13 +221,14 @@ static int getctl(u8 req, int ent, int cs, int intf, u8 *o) { // returns length,
         return 2;
     }
     int i = req == 0x81 ? 0 : req == 0x82 ? 1 : req == 0x83 ? 2 : req == 0x84 ? 3 : req == 0x87 ? 4 : -1;
-    if (i < 0)
-        return -1;
+    if (i < 0) return -1;
     for (int k = 0; k < len; k++)
         o[k] = v[i] >> (8 * k);
     return len;
 }
+
 static const char *names[4] = {"", "vmcam", "Emulated UVC Camera", "0001"};
+
 static void ctrl(uint32_t seq, const u8 *u, uint32_t blen, int in, u8 *d) {
     int type = u[0], req = u[1], val = u[2] | u[3] << 8, idx = u[4] | u[5] << 8, len = u[6] | u[7] << 8;
     u8 o[256];
@@ -442,14 +314,13 @@ static void ctrl(uint32_t seq, const u8 *u, uint32_t blen, int in, u8 *d) {
         return;
     }
     if (in) {
-        if (n > len)
-            n = len;
-        if (n > (int)blen)
-            n = blen;
+        if (n > len) n = len;
+        if (n > (int)blen) n = blen;
         ret(seq, 0, p, n, 1);
     } else
         ret(seq, 0, 0, blen, 0);
 }
+
 int main(int c, char **v) {
     int port = 0, o;
     yuyv = malloc(614400);
@@ -462,8 +333,7 @@ int main(int c, char **v) {
             empty_every = atoi(optarg);
         else if (o == 'b') {
             FILE *g = fopen(optarg, "rb");
-            if (!g)
-                return perror(optarg), 1;
+            if (!g) return perror(optarg), 1;
             bj = malloc(1 << 20);
             bl = fread(bj, 1, 1 << 20, g);
             fclose(g);
@@ -472,26 +342,21 @@ int main(int c, char **v) {
     }
     for (; optind < c && nj < 64; optind++) {
         FILE *g = fopen(v[optind], "rb");
-        if (!g)
-            return perror(v[optind]), 1;
+        if (!g) return perror(v[optind]), 1;
         jpg[nj] = malloc(1 << 20);
         jlen[nj] = fread(jpg[nj], 1, 1 << 20, g);
         nj++;
         fclose(g);
     }
-    if (!nj)
-        return fprintf(stderr, "no jpg\n"), 2;
+    if (!nj) return fprintf(stderr, "no jpg\n"), 2;
     int sp[2];
-    if (socketpair(AF_UNIX, SOCK_STREAM, 0, sp))
-        return perror("socketpair"), 1;
+    if (socketpair(AF_UNIX, SOCK_STREAM, 0, sp)) return perror("socketpair"), 1;
     s = sp[0];
     int a = open("/sys/devices/platform/vhci_hcd.0/attach", O_WRONLY);
-    if (a < 0)
-        return perror("attach (vhci_hcd loaded?)"), 1;
+    if (a < 0) return perror("attach (vhci_hcd loaded?)"), 1;
     char b[64];
     int n = snprintf(b, sizeof b, "%d %d %d 3", port, sp[1], 0x10000 | (port + 1));
-    if (write(a, b, n) != n)
-        return perror("attach"), 1;
+    if (write(a, b, n) != n) return perror("attach"), 1;
     close(a);
     close(sp[1]);
     setprobe();
@@ -521,8 +386,7 @@ int main(int c, char **v) {
             }
             uint32_t len = be(h[6]);
             static u8 d[65536];
-            if (!in && len)
-                rd(d, len > sizeof d ? sizeof d : len);
+            if (!in && len) rd(d, len > sizeof d ? sizeof d : len);
             if (ep == 0)
                 ctrl(seq, (u8 *)&h[10], len, in, d);
             else if (ep == 1 && in && qn < 64) {

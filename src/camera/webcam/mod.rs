@@ -33,10 +33,10 @@ mod jpeg;
 #[cfg(all(test, target_os = "linux"))]
 mod live_tests;
 #[cfg(not(target_os = "linux"))]
-#[path = "nokhwa_source.rs"]
+#[path = "nokhwa.rs"]
 mod source;
 #[cfg(target_os = "linux")]
-#[path = "v4l2_source.rs"]
+#[path = "v4l2/mod.rs"]
 mod source;
 
 pub(super) use capture::{Captured, Webcam, WebcamStatus};

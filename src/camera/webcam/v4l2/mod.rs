@@ -2,13 +2,20 @@
 //!
 //! <https://docs.kernel.org/userspace-api/media/v4l/v4l2.html>
 
+mod errors;
+mod exposure;
+mod modes;
+
 use super::{
     capture::WebcamStream,
     decode::RawPicture,
-    devices::{DeviceExposure, DeviceInfo, DeviceOptions},
-    format::{FrameRate, Mode, PixelFormat, choose},
+    devices::{DeviceInfo, DeviceOptions},
+    format::{FrameRate, choose},
 };
 use bevy::prelude::*;
+use errors::{describe, title};
+use exposure::expose;
+use modes::{fourcc, modes, pixel_format};
 use std::{
     fs, io,
     panic::catch_unwind,
@@ -18,9 +25,6 @@ use v4l::{
     Device, Format, FourCC, Fraction,
     buffer::{Flags, Metadata, Type},
     capability::Flags as Capabilities,
-    control::{Control, Value},
-    frameinterval::FrameIntervalEnum,
-    framesize::FrameSizeEnum,
     io::traits::{CaptureStream, Stream},
     prelude::MmapStream,
     video::{Capture, capture::Parameters},
@@ -138,77 +142,6 @@ impl Source {
     }
 }
 
-/// Everything the camera can do that can be decoded here. Where sizes or rates are given as ranges, the one nearest to the
-/// wish stands for its range.
-fn modes(device: &Device, options: &DeviceOptions) -> io::Result<Vec<Mode>> {
-    let mut modes = Vec::new();
-    for description in device.enum_formats()? {
-        let (code, Some(format)) = (description.fourcc, pixel_format(description.fourcc)) else {
-            continue;
-        };
-        for frame_size in device.enum_framesizes(code).unwrap_or_default() {
-            let size = match frame_size.size {
-                FrameSizeEnum::Discrete(size) => UVec2::new(size.width, size.height),
-                FrameSizeEnum::Stepwise(range) => {
-                    let wish = options.wished_size();
-                    UVec2::new(
-                        nearest_step(wish.x, range.min_width, range.max_width, range.step_width),
-                        nearest_step(wish.y, range.min_height, range.max_height, range.step_height),
-                    )
-                }
-            };
-            let intervals = device.enum_frameintervals(code, size.x, size.y).unwrap_or_default();
-            if intervals.is_empty() {
-                modes.push(Mode { format, size, rate: None });
-            }
-            modes.extend(intervals.into_iter().map(|interval| {
-                let rate = nearest_rate(&interval.interval, options.wished_frame_rate());
-                Mode { format, size, rate }
-            }));
-        }
-    }
-    Ok(modes)
-}
-
-fn nearest_step(wish: u32, min: u32, max: u32, step: u32) -> u32 {
-    let step = step.max(1);
-    let inside = wish.clamp(min, max.max(min)) - min;
-    min + inside / step * step
-}
-
-fn nearest_rate(interval: &FrameIntervalEnum, wish: f32) -> Option<FrameRate> {
-    let rate = |interval: &Fraction| FrameRate::new(interval.denominator, interval.numerator);
-    match interval {
-        FrameIntervalEnum::Discrete(interval) => rate(interval),
-        FrameIntervalEnum::Stepwise(range) => {
-            let (fastest, slowest) = (rate(&range.min)?, rate(&range.max)?);
-            if wish >= fastest.per_second() {
-                Some(fastest)
-            } else if wish <= slowest.per_second() {
-                Some(slowest)
-            } else {
-                FrameRate::new((1000.0 * wish) as u32, 1000)
-            }
-        }
-    }
-}
-
-fn fourcc(format: PixelFormat) -> &'static [u8; 4] {
-    match format {
-        PixelFormat::Yuyv => b"YUYV",
-        PixelFormat::Nv12 => b"NV12",
-        PixelFormat::Rgb => b"RGB3",
-        PixelFormat::Bgr => b"BGR3",
-        PixelFormat::Mjpeg => b"MJPG",
-        PixelFormat::Gray => b"GREY",
-    }
-}
-
-fn pixel_format(code: FourCC) -> Option<PixelFormat> {
-    use PixelFormat::*;
-    [Yuyv, Nv12, Rgb, Bgr, Mjpeg, Gray].into_iter().find(|&format| code.repr == *fourcc(format))
-}
-
 /// Hands all buffers but the first to the driver and starts it. The library hands in the one it read last, at first the
 /// first, before it waits for the next picture.
 fn start(device: &Device) -> io::Result<MmapStream<'static>> {
@@ -242,98 +175,9 @@ fn taken_at(meta: &Metadata) -> Instant {
     if age > LONGEST_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
 }
 
-/// Sets the exposure and returns what the camera made of it, in seconds.
-fn expose(device: &Device, info: &DeviceInfo, exposure: DeviceExposure) -> Option<f32> {
-    // Camera class controls, V4L2 "Camera Control Reference".
-    const AUTO: u32 = 0x009a_0901;
-    const TIME: u32 = 0x009a_0902;
-    const MANUAL: i64 = 1;
-    const AUTOMATIC: i64 = 0;
-    const APERTURE_PRIORITY: i64 = 3;
-    /// Unit of the exposure time: 100 µs.
-    const PER_SECOND: f32 = 10_000.0;
-    let set = |id, value| device.set_control(Control { id, value: Value::Integer(value) });
-    let refused = |error: io::Error| {
-        let title = title(info);
-        warn!("{title} does not take the exposure {exposure:?} ({error}): it keeps its own; measured light may change");
-    };
-    match exposure {
-        DeviceExposure::Unchanged => None,
-        // Webcams have a fixed aperture and know only one of the two.
-        DeviceExposure::Automatic => {
-            set(AUTO, APERTURE_PRIORITY).or_else(|_| set(AUTO, AUTOMATIC)).map_err(refused).ok()?;
-            None
-        }
-        DeviceExposure::Seconds(seconds) => {
-            // Cameras without an automatic have no such switch.
-            let _ = set(AUTO, MANUAL);
-            let units = (PER_SECOND * seconds).round().clamp(1.0, i32::MAX as f32) as i64;
-            set(TIME, units).and_then(|()| device.control(TIME)).map_err(refused).ok().and_then(|control| {
-                let Value::Integer(units) = control.value else {
-                    return None;
-                };
-                Some(units as f32 / PER_SECOND)
-            })
-        }
-    }
-}
-
-fn title(info: &DeviceInfo) -> String {
-    format!("the camera \"{}\" (/dev/video{})", info.name, info.index)
-}
-
-/// What happened to the camera, and what to do.
-fn describe(info: &DeviceInfo, what: &str, error: &io::Error) -> String {
-    const NO_DEVICE: i32 = libc::ENODEV;
-    const NO_SPACE: i32 = libc::ENOSPC;
-    let title = title(info);
-    match error.kind() {
-        io::ErrorKind::ResourceBusy => {
-            format!("{title} is in use. Close the other program; `fuser -v /dev/video{}` shows it", info.index)
-        }
-        io::ErrorKind::PermissionDenied => format!(
-            "{title} may not be opened by this user. Add the user to the group `video` (`sudo usermod -aG video $USER`) and \
-             log in again"
-        ),
-        io::ErrorKind::NotFound => format!("{title} is gone. Plug it in again; it is found by itself"),
-        _ => match error.raw_os_error() {
-            Some(NO_DEVICE) => format!("{title} is unplugged. Plug it in again; it is found by itself"),
-            Some(NO_SPACE) => {
-                format!("{title} does not get enough of the USB bus. Use another port, or a smaller size or frame rate")
-            }
-            _ => format!("{title} {what}: {error}. It is opened again by itself; if this stays, plug it in again"),
-        },
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn ranges_are_met_at_the_wish_or_their_nearest_end() {
-        assert_eq!(nearest_step(640, 16, 1920, 16), 640);
-        assert_eq!(nearest_step(650, 16, 1920, 16), 640);
-        assert_eq!(nearest_step(5000, 16, 1920, 16), 1920);
-        assert_eq!(nearest_step(1, 16, 1920, 0), 16);
-        let fraction = Fraction::new;
-        let range = v4l::frameinterval::Stepwise { min: fraction(1, 60), max: fraction(1, 5), step: fraction(1, 60) };
-        let range = FrameIntervalEnum::Stepwise(range);
-        let rate = |wish| nearest_rate(&range, wish).map(FrameRate::per_second);
-        assert_eq!((rate(30.0), rate(100.0), rate(1.0)), (Some(30.0), Some(60.0), Some(5.0)));
-        assert_eq!(nearest_rate(&FrameIntervalEnum::Discrete(fraction(0, 30)), 30.0), None);
-    }
-
-    #[test]
-    fn errors_name_the_camera_and_a_remedy() {
-        let info = DeviceInfo { index: 3, name: "Cam".to_owned() };
-        for (error, remedy) in
-            [(libc::EBUSY, "fuser -v /dev/video3"), (libc::EACCES, "group `video`"), (libc::ENODEV, "unplugged")]
-        {
-            let text = describe(&info, "cannot be opened", &io::Error::from_raw_os_error(error));
-            assert!(text.contains("\"Cam\"") && text.contains(remedy), "{text}");
-        }
-    }
 
     #[test]
     fn stamps_of_another_clock_or_of_the_future_become_the_arrival() {
