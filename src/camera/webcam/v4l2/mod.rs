@@ -169,9 +169,11 @@ fn taken_at(meta: &Metadata) -> Instant {
     if unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut now) } != 0 {
         return arrived;
     }
-    let micros = |seconds: i64, micros: i64| seconds.saturating_mul(1_000_000).saturating_add(micros);
-    let age = micros(now.tv_sec, now.tv_nsec / 1000) - micros(meta.timestamp.sec, meta.timestamp.usec);
-    let age = Duration::from_micros(age.try_into().unwrap_or(0));
+    let now = Duration::from_secs(now.tv_sec.try_into().unwrap_or(0))
+        + Duration::from_nanos(now.tv_nsec.try_into().unwrap_or(0));
+    let stamp = Duration::from_secs(meta.timestamp.sec.try_into().unwrap_or(0))
+        + Duration::from_micros(meta.timestamp.usec.try_into().unwrap_or(0));
+    let age = now.saturating_sub(stamp);
     if age > LONGEST_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
 }
 
