@@ -4,7 +4,7 @@
 //! [`FramePixels`](super::FramePixels) with the instant it was taken, and a [`WebcamStatus`].
 //!
 //! # How it works
-//! Each [`Webcam`] owns one thread that finds the camera, chooses a mode ([`format`]), takes pictures, decodes them
+//! Each [`Webcam`] owns one thread that finds the camera, chooses a mode ([`mod@format`]), takes pictures, decodes them
 //! ([`decode`], [`jpeg`]) and puts the newest where the game finds it: newest wins, older ones are counted and forgotten.
 //! A camera that is missing, busy, forbidden, unplugged or silent is a state with a text that says what to do; the thread
 //! looks again every second, by the camera's *name*, since a camera that is plugged in again often has another number.
