@@ -35,6 +35,9 @@ mod poll;
 mod projection;
 mod source;
 mod upload;
+#[cfg(feature = "webcam")]
+#[cfg_attr(not(test), expect(dead_code, unused_imports, reason = "feeds take webcams in the next commit"))]
+mod webcam;
 
 pub use clip::Clip;
 pub use feed::{CameraError, CameraFeed, FeedPace, FeedState, FeedStatistics};
@@ -42,6 +45,8 @@ pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
 pub use intrinsics::Intrinsics;
 pub use projection::{FrameFit, FrameMapping, IntrinsicsProjection};
 pub use upload::FrameTexture;
+#[cfg(feature = "webcam")]
+pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
 
 pub(crate) use image_feed::unpad_rows;
 pub(crate) use poll::{ArrivingFrame, PicturesAwaitTracking};

@@ -1,0 +1,297 @@
+//! The thread that takes pictures, and what a game sees of it.
+
+use super::{
+    decode::{DecodeError, decode},
+    devices::{DeviceInfo, DeviceOptions, find, list_devices, missing},
+    format::PixelFormat,
+    source::Source,
+};
+use crate::camera::FramePixels;
+use bevy::prelude::*;
+use std::{
+    any::Any,
+    convert::Infallible,
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+/// How long a camera may be silent before it counts as lost. Cameras slower than one picture per second get as long as two
+/// of their pictures take.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// How long opening may take before the camera counts as lost; slow ones take a second.
+const OPENING_PATIENCE: Duration = Duration::from_secs(5);
+/// Time between two looks for a lost camera.
+const RETRY: Duration = Duration::from_secs(1);
+/// A camera that has been silent for this long is closed and opened again, which some need.
+const RESTART: Duration = Duration::from_secs(10);
+/// Longest wait for a picture before the thread looks whether it should stop.
+const STEP: Duration = Duration::from_millis(100);
+
+/// A picture of a webcam.
+pub(in crate::camera) struct Captured {
+    pub(in crate::camera) pixels: FramePixels,
+    /// When the picture was taken: the driver's time stamp (start of exposure or end of the transfer, as the driver has it)
+    /// where it gives a plausible one, else the time of arrival.
+    pub(in crate::camera) at: Instant,
+    /// Pictures that were overwritten unseen, empty or damaged since the last one that was taken.
+    pub(in crate::camera) dropped: u64,
+}
+
+/// How a webcam is doing.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::camera) enum WebcamStatus {
+    /// It is being opened, and no picture has arrived yet.
+    Opening,
+    /// Pictures arrive.
+    Playing(WebcamStream),
+    /// No pictures arrive. The text names the camera, what happened and what to do. The thread keeps looking for the camera.
+    Lost(String),
+}
+
+/// What a camera delivers. It may differ from the wishes.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::camera) struct WebcamStream {
+    /// The camera's name.
+    pub(in crate::camera) name: String,
+    /// Width and height in pixels.
+    pub(in crate::camera) size: UVec2,
+    /// Pictures per second; 0 if the driver does not say.
+    pub(in crate::camera) frame_rate: f32,
+    /// How the pictures come out of the camera.
+    pub(in crate::camera) format: PixelFormat,
+    /// Seconds of light per picture if that was asked for and the camera does it.
+    pub(in crate::camera) exposure: Option<f32>,
+}
+
+/// A webcam with its thread. Dropping it tells the thread to stop, and does not wait for it.
+pub(in crate::camera) struct Webcam {
+    state: Arc<Mutex<State>>,
+    /// Nothing is ever sent: the thread stops when this end is gone.
+    _alive: Sender<Infallible>,
+}
+
+struct State {
+    newest: Option<(FramePixels, Instant)>,
+    dropped: u64,
+    status: WebcamStatus,
+    /// What is open now.
+    stream: Option<WebcamStream>,
+    /// When the state last changed for the better: opened, or a good picture.
+    heard: Instant,
+    /// What was wrong with the pictures since the last good one.
+    damage: Option<DecodeError>,
+}
+
+impl Webcam {
+    /// Starts to look for the camera, and returns at once.
+    pub(in crate::camera) fn open(options: DeviceOptions) -> Self {
+        let state = Arc::new(Mutex::new(State {
+            newest: None,
+            dropped: 0,
+            status: WebcamStatus::Opening,
+            stream: None,
+            heard: Instant::now(),
+            damage: None,
+        }));
+        let (alive, stop) = channel();
+        let thread_state = state.clone();
+        let thread = thread::Builder::new().name("mirrorball webcam".to_owned());
+        if let Err(error) = thread.spawn(move || run(&thread_state, &options, &stop)) {
+            lock(&state).status = WebcamStatus::Lost(format!("the system gives no thread for the camera: {error}"));
+        }
+        Self { state, _alive: alive }
+    }
+
+    /// The newest picture since the last call, if there is one.
+    pub(in crate::camera) fn take(&self) -> Option<Captured> {
+        let mut state = lock(&self.state);
+        let (pixels, at) = state.newest.take()?;
+        Some(Captured { pixels, at, dropped: std::mem::take(&mut state.dropped) })
+    }
+
+    /// How the camera is doing now. Silence is found here, since the thread itself may be stuck in a driver.
+    pub(in crate::camera) fn status(&self) -> WebcamStatus {
+        let state = lock(&self.state);
+        let silence = state.heard.elapsed();
+        match (&state.status, &state.stream) {
+            (WebcamStatus::Opening | WebcamStatus::Playing(_), Some(stream)) if silence > patience(stream) => {
+                WebcamStatus::Lost(silent(stream, patience(stream), state.damage.as_ref()))
+            }
+            (WebcamStatus::Opening, None) if silence > OPENING_PATIENCE => WebcamStatus::Lost(format!(
+                "the camera has not answered for {} s. If this stays, unplug it and plug it in again",
+                OPENING_PATIENCE.as_secs()
+            )),
+            (status, _) => status.clone(),
+        }
+    }
+}
+
+fn lock(state: &Mutex<State>) -> MutexGuard<'_, State> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn patience(stream: &WebcamStream) -> Duration {
+    let two_pictures = Duration::try_from_secs_f32(2.0 / stream.frame_rate).unwrap_or(PATIENCE);
+    two_pictures.clamp(PATIENCE, RESTART)
+}
+
+fn silent(stream: &WebcamStream, silence: Duration, damage: Option<&DecodeError>) -> String {
+    let (name, seconds) = (&stream.name, silence.as_secs_f32());
+    match damage {
+        None => format!(
+            "no picture from the camera \"{name}\" for {seconds} s. If this stays, unplug it and plug it in again, or try \
+             another USB port"
+        ),
+        Some(damage) => format!(
+            "no good picture from the camera \"{name}\" for {seconds} s: {damage}. Try another cable or USB port, or a \
+             smaller size or frame rate"
+        ),
+    }
+}
+
+/// Looks for the camera and takes pictures until the game lets go of it.
+fn run(state: &Mutex<State>, options: &DeviceOptions, stop: &Receiver<Infallible>) {
+    let mut known = None;
+    loop {
+        // Drivers' libraries panic on what they do not know; that must not be the end of the camera.
+        let session = catch_unwind(AssertUnwindSafe(|| play(state, options, stop, &mut known)));
+        match session.unwrap_or_else(|panic| Err(panic_text(panic))) {
+            Ok(Stopped) => return,
+            Err(reason) => {
+                let mut state = lock(state);
+                state.status = WebcamStatus::Lost(reason);
+                state.stream = None;
+            }
+        }
+        if stop.recv_timeout(RETRY) != Err(RecvTimeoutError::Timeout) {
+            return;
+        }
+    }
+}
+
+/// The game has let go of the camera.
+struct Stopped;
+
+/// Takes pictures until something goes wrong, and says what. The camera is closed on return: one that is held while it is
+/// plugged in again gets another number.
+fn play(
+    state: &Mutex<State>,
+    options: &DeviceOptions,
+    stop: &Receiver<Infallible>,
+    known: &mut Option<DeviceInfo>,
+) -> Result<Stopped, String> {
+    let devices = list_devices();
+    let device = find(&devices, &options.device, known.as_ref())
+        .ok_or_else(|| missing(&devices, &options.device, known.as_ref()))?;
+    let mut source = Source::open(device, options)?;
+    let stream = source.stream().clone();
+    *known = Some(device.clone());
+    let mut heard = Instant::now();
+    {
+        let mut state = lock(state);
+        state.status = WebcamStatus::Opening;
+        state.stream = Some(stream.clone());
+        state.heard = heard;
+        state.damage = None;
+    }
+    loop {
+        if stop.try_recv() != Err(TryRecvError::Empty) {
+            return Ok(Stopped);
+        }
+        let Some(picture) = source.next(STEP)? else {
+            if heard.elapsed() > RESTART {
+                return Err(silent(&stream, RESTART, None));
+            }
+            continue;
+        };
+        heard = Instant::now();
+        let result = if picture.is_marked_damaged { Err(DecodeError::Marked) } else { decode(&picture.raw) };
+        publish(&mut lock(state), result, picture.at, &stream);
+    }
+}
+
+fn publish(state: &mut State, result: Result<FramePixels, DecodeError>, at: Instant, stream: &WebcamStream) {
+    match result {
+        Ok(pixels) => {
+            if state.newest.replace((pixels, at)).is_some() {
+                state.dropped += 1;
+            }
+            state.heard = Instant::now();
+            state.damage = None;
+            if !matches!(&state.status, WebcamStatus::Playing(playing) if playing == stream) {
+                state.status = WebcamStatus::Playing(stream.clone());
+            }
+        }
+        Err(damage) => {
+            state.dropped += 1;
+            state.damage = Some(damage);
+        }
+    }
+}
+
+fn panic_text(panic: Box<dyn Any + Send>) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+    format!("the camera driver's library failed: {}. Another mode or camera may work", text.unwrap_or("without a word"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stream(frame_rate: f32) -> WebcamStream {
+        WebcamStream { name: "Cam".to_owned(), size: UVec2::ONE, frame_rate, format: PixelFormat::Yuyv, exposure: None }
+    }
+
+    fn webcam(status: WebcamStatus, heard: Instant) -> (Webcam, Receiver<Infallible>) {
+        let state = State { newest: None, dropped: 0, status, stream: Some(stream(30.0)), heard, damage: None };
+        let (alive, stop) = channel();
+        (Webcam { state: Arc::new(Mutex::new(state)), _alive: alive }, stop)
+    }
+
+    fn pixel(value: u8) -> Result<FramePixels, DecodeError> {
+        FramePixels::new(UVec2::ONE, vec![value; 4]).ok_or(DecodeError::Empty)
+    }
+
+    #[test]
+    fn the_newest_picture_wins_and_the_others_are_counted() {
+        let (webcam, _stop) = webcam(WebcamStatus::Opening, Instant::now());
+        let now = Instant::now();
+        for result in [pixel(1), Err(DecodeError::Empty), pixel(2), pixel(3)] {
+            publish(&mut lock(&webcam.state), result, now, &stream(30.0));
+        }
+        let captured = webcam.take().unwrap();
+        assert_eq!((captured.pixels.rgba[0], captured.dropped, captured.at), (3, 3, now));
+        assert!(webcam.take().is_none());
+        assert_eq!(webcam.status(), WebcamStatus::Playing(stream(30.0)));
+    }
+
+    #[test]
+    fn a_silent_camera_is_lost_even_if_its_thread_is_stuck_and_the_next_picture_brings_it_back() {
+        let long_ago = Instant::now() - Duration::from_secs(3);
+        let (webcam, _stop) = webcam(WebcamStatus::Playing(stream(30.0)), long_ago);
+        assert!(matches!(webcam.status(), WebcamStatus::Lost(text) if text.contains("\"Cam\" for 2 s")));
+        publish(&mut lock(&webcam.state), Err(DecodeError::Marked), Instant::now(), &stream(30.0));
+        assert!(matches!(webcam.status(), WebcamStatus::Lost(text) if text.contains("damaged")));
+        publish(&mut lock(&webcam.state), pixel(0), Instant::now(), &stream(30.0));
+        assert_eq!(webcam.status(), WebcamStatus::Playing(stream(30.0)));
+    }
+
+    #[test]
+    fn slow_cameras_get_more_patience_up_to_a_restart() {
+        assert_eq!(patience(&stream(0.5)), Duration::from_secs(4));
+        for (rate, seconds) in [(30.0, 2), (0.0, 2), (0.01, 10)] {
+            assert_eq!(patience(&stream(rate)).as_secs(), seconds, "{rate}");
+        }
+    }
+
+    #[test]
+    fn a_webcam_may_be_shared_between_threads() {
+        fn shared<T: Send + Sync>() {}
+        shared::<Webcam>();
+    }
+}

@@ -1,0 +1,173 @@
+//! One picture of a Motion-JPEG camera to RGBA.
+//!
+//! Decoders patch up damaged JPEGs with gray or old rows, which is kind to viewers and wrong for measuring: here a damaged
+//! picture is refused: one without its end mark, and one that the decoder's strict mode complains about.
+
+use super::decode::DecodeError;
+use crate::camera::FramePixels;
+use bevy::prelude::*;
+use std::borrow::Cow;
+use zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
+use zune_jpeg::JpegDecoder;
+
+/// Decodes a JPEG that has to have the given size.
+pub(super) fn decode(bytes: &[u8], size: UVec2) -> Result<FramePixels, DecodeError> {
+    let damaged = |what: &str| DecodeError::Jpeg(what.to_owned());
+    let layout = Layout::find(bytes).ok_or_else(|| damaged("it has no picture in it"))?;
+    let scan_end = layout.scan_end.ok_or_else(|| damaged("it is cut off"))?;
+    // Without the end mark: where it comes too early the decoder would go on in gray without a word. It complains about
+    // missing bytes from row to row of blocks, so that a hole that begins in the last one is not noticed.
+    let picture = with_huffman_tables(&bytes[..scan_end], layout.has_huffman_tables);
+    let options = DecoderOptions::new_fast()
+        .set_strict_mode(true)
+        .set_max_width(size.x as usize)
+        .set_max_height(size.y as usize)
+        .jpeg_set_out_colorspace(ColorSpace::RGBA);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&*picture), options);
+    decoder.decode_headers().map_err(|error| damaged(&error.to_string()))?;
+    if decoder.dimensions() != Some((size.x as usize, size.y as usize)) {
+        return Err(damaged("it has another size than the camera said"));
+    }
+    let is_gray = decoder.input_colorspace() == Some(ColorSpace::Luma);
+    if is_gray {
+        decoder.set_options(options.jpeg_set_out_colorspace(ColorSpace::Luma));
+    }
+    let mut pixels = decoder.decode().map_err(|error| damaged(&error.to_string()))?;
+    if is_gray {
+        pixels = pixels.iter().flat_map(|&y| [y, y, y, 255]).collect();
+    }
+    FramePixels::new(size, pixels).ok_or_else(|| damaged("pixels are missing"))
+}
+
+/// Where the parts of a JPEG are.
+#[derive(Debug, PartialEq, Eq)]
+struct Layout {
+    has_huffman_tables: bool,
+    /// Where the end mark is; `None` if the picture is cut off.
+    scan_end: Option<usize>,
+}
+
+impl Layout {
+    /// Walks over the segments (ITU-T T.81, annex B) up to the start of the scan. The end mark cannot occur within a scan,
+    /// but it may within a thumbnail in an earlier segment, and some cameras fill their buffers with rubbish behind it.
+    fn find(bytes: &[u8]) -> Option<Self> {
+        const START_OF_SCAN: u8 = 0xDA;
+        const HUFFMAN_TABLES: u8 = 0xC4;
+        let mut at = bytes.starts_with(&[0xFF, 0xD8]).then_some(2)?;
+        let mut has_huffman_tables = false;
+        loop {
+            let &[0xFF, marker] = bytes.get(at..at + 2)? else {
+                return None;
+            };
+            if marker == 0xFF {
+                at += 1;
+                continue;
+            }
+            has_huffman_tables |= marker == HUFFMAN_TABLES;
+            let length = u16::from_be_bytes([*bytes.get(at + 2)?, *bytes.get(at + 3)?]);
+            at += 2 + usize::from(length);
+            if marker == START_OF_SCAN {
+                let scan = bytes.get(at..)?;
+                let scan_end = scan.windows(2).position(|pair| pair == [0xFF, 0xD9]).map(|offset| at + offset);
+                return Some(Self { has_huffman_tables, scan_end });
+            }
+        }
+    }
+}
+
+/// Many webcams leave the Huffman tables out, as the AVI container's Motion-JPEG does: the ones of T.81 annex K are meant.
+/// The decoder puts them in where an `AVI1` segment says that this is such a picture.
+fn with_huffman_tables(bytes: &[u8], has_them: bool) -> Cow<'_, [u8]> {
+    const AVI1: [u8; 11] = [0xFF, 0xE0, 0, 9, b'A', b'V', b'I', b'1', 0, 0, 0];
+    if has_them {
+        return Cow::Borrowed(bytes);
+    }
+    Cow::Owned([&bytes[..2], &AVI1, &bytes[2..]].concat())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::codecs::jpeg::JpegEncoder;
+
+    const SIZE: UVec2 = UVec2::new(64, 48);
+    /// Steps of 255 that compression at this quality may cost on a smooth picture.
+    const JPEG_STEPS: u8 = 6;
+
+    /// A smooth picture: red grows to the right, green downward.
+    fn sample() -> Vec<u8> {
+        let picture = image::RgbImage::from_fn(SIZE.x, SIZE.y, |x, y| image::Rgb([4 * x as u8, 5 * y as u8, 90]));
+        let mut jpeg = Vec::new();
+        JpegEncoder::new_with_quality(&mut jpeg, 95).encode_image(&picture).unwrap();
+        jpeg
+    }
+
+    #[test]
+    fn a_whole_picture_comes_out_as_it_was() {
+        let pixels = decode(&sample(), SIZE).unwrap();
+        for (x, y) in [(0, 0), (63, 0), (0, 47), (40, 20)] {
+            let is = pixels.rgb8(x, y);
+            let was = [4 * x as u8, 5 * y as u8, 90];
+            assert!(is.iter().zip(was).all(|(a, b)| a.abs_diff(b) <= JPEG_STEPS), "{is:?} {was:?}");
+        }
+        assert!(pixels.rgba.chunks(4).all(|pixel| pixel[3] == 255));
+    }
+
+    #[test]
+    fn a_picture_cut_anywhere_is_refused() {
+        let jpeg = sample();
+        for length in 0..jpeg.len() {
+            assert!(decode(&jpeg[..length], SIZE).is_err(), "{length} of {}", jpeg.len());
+        }
+    }
+
+    #[test]
+    fn a_picture_that_ends_too_early_is_refused_even_with_its_end_mark() {
+        let jpeg = sample();
+        let mut cut = jpeg[..jpeg.len() - jpeg.len() / 4].to_vec();
+        cut.extend([0xFF, 0xD9]);
+        assert!(matches!(decode(&cut, SIZE), Err(DecodeError::Jpeg(_))));
+    }
+
+    #[test]
+    fn rubbish_and_other_sizes_are_refused_without_a_panic() {
+        for byte in [0, 0x55, 0xFF] {
+            assert!(decode(&vec![byte; 5000], SIZE).is_err());
+        }
+        assert!(decode(&sample(), UVec2::new(64, 40)).is_err());
+        assert!(decode(&sample(), UVec2::new(640, 480)).is_err());
+    }
+
+    #[test]
+    fn rubbish_behind_the_end_mark_does_no_harm() {
+        let mut jpeg = sample();
+        jpeg.extend([0; 100]);
+        jpeg.extend([0xFF, 0xD8, 0x12]);
+        assert_eq!(decode(&jpeg, SIZE).unwrap().rgba, decode(&sample(), SIZE).unwrap().rgba);
+    }
+
+    #[test]
+    fn gray_jpegs_are_gray() {
+        let picture = image::GrayImage::from_pixel(SIZE.x, SIZE.y, image::Luma([77]));
+        let mut jpeg = Vec::new();
+        JpegEncoder::new(&mut jpeg).encode_image(&picture).unwrap();
+        assert!(decode(&jpeg, SIZE).unwrap().rgba.chunks(4).all(|pixel| pixel == [77, 77, 77, 255]));
+    }
+
+    #[test]
+    fn the_standard_huffman_tables_are_meant_where_none_are_given() {
+        let jpeg = sample();
+        let mut without = jpeg[..2].to_vec();
+        let mut at = 2;
+        while jpeg[at + 1] != 0xDA {
+            let next = at + 2 + usize::from(u16::from_be_bytes([jpeg[at + 2], jpeg[at + 3]]));
+            if jpeg[at + 1] != 0xC4 {
+                without.extend(&jpeg[at..next]);
+            }
+            at = next;
+        }
+        without.extend(&jpeg[at..]);
+        assert!(without.len() + 400 < jpeg.len());
+        assert_eq!(decode(&without, SIZE).unwrap().rgba, decode(&jpeg, SIZE).unwrap().rgba);
+    }
+}

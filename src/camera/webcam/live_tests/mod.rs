@@ -1,0 +1,81 @@
+//! Tests against real drivers: vivid, the kernel's virtual camera, and the USB video driver with an emulated webcam.
+//!
+//! They skip with a printed reason where there is none, and run in a small virtual machine: `scripts/test_webcam.sh`. There
+//! `MIRRORBALL_USB_CAMERA` names the emulator, and `MIRRORBALL_REQUIRE_CAMERA` turns a skip into a failure.
+
+mod usb;
+mod vivid;
+
+use super::{Captured, DeviceId, DeviceOptions, Webcam, WebcamStatus, capture::WebcamStream, list_devices};
+use bevy::prelude::*;
+use std::{
+    env, fs,
+    sync::{Mutex, MutexGuard, PoisonError},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+/// The virtual machine is slow; nothing that works takes as long.
+const LONG: Duration = Duration::from_secs(20);
+
+/// One camera at a time.
+static CAMERA: Mutex<()> = Mutex::new(());
+
+fn skip<T>(reason: &str) -> Option<T> {
+    assert!(env::var_os("MIRRORBALL_REQUIRE_CAMERA").is_none(), "a camera is required, but {reason}");
+    eprintln!("skipped: {reason}");
+    None
+}
+
+fn wait_until(limit: Duration, mut is_so: impl FnMut() -> bool) -> bool {
+    let start = Instant::now();
+    while !is_so() {
+        if start.elapsed() > limit {
+            return false;
+        }
+        sleep(Duration::from_millis(10));
+    }
+    true
+}
+
+fn wait_for_lost(webcam: &Webcam, limit: Duration) -> String {
+    let mut text = String::new();
+    let is_lost = wait_until(limit, || match webcam.status() {
+        WebcamStatus::Lost(reason) => {
+            text = reason;
+            true
+        }
+        _ => false,
+    });
+    assert!(is_lost, "{:?}", webcam.status());
+    text
+}
+
+fn wait_for_playing(webcam: &Webcam) -> WebcamStream {
+    let mut playing = None;
+    wait_until(LONG, || {
+        if let WebcamStatus::Playing(stream) = webcam.status() {
+            playing = Some(stream);
+        }
+        playing.is_some()
+    });
+    playing.unwrap_or_else(|| panic!("{:?}", webcam.status()))
+}
+
+fn next(webcam: &Webcam) -> Captured {
+    let mut captured = None;
+    assert!(
+        wait_until(LONG, || {
+            captured = webcam.take();
+            captured.is_some()
+        }),
+        "{:?}",
+        webcam.status()
+    );
+    captured.expect("was just seen")
+}
+
+fn mean_rgb(captured: &Captured) -> Vec3 {
+    let sum = captured.pixels.rgba.chunks(4).map(|p| Vec3::new(p[0].into(), p[1].into(), p[2].into())).sum::<Vec3>();
+    sum / captured.pixels.size.element_product() as f32
+}

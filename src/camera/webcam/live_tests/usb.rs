@@ -1,0 +1,140 @@
+//! The kernel's USB video driver with an emulated camera: JPEGs, damage and exposure.
+
+use super::*;
+use crate::camera::webcam::{DeviceEncoding, DeviceExposure, format::PixelFormat};
+use image::codecs::jpeg::JpegEncoder;
+use std::{
+    path::Path,
+    process::{Child, Command},
+};
+
+const USB_CAMERA: &str = "Emulated UVC Camera";
+
+/// The emulated USB camera; killing its process unplugs it.
+struct UsbCamera {
+    process: Child,
+    _guard: MutexGuard<'static, ()>,
+}
+
+impl UsbCamera {
+    /// Options of the emulator and names of the pictures that it sends in turn.
+    fn plug_in(arguments: &[&str]) -> Option<Self> {
+        let guard = CAMERA.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(program) = env::var_os("MIRRORBALL_USB_CAMERA") else {
+            return skip("MIRRORBALL_USB_CAMERA does not name the emulated camera");
+        };
+        let folder = env::temp_dir().join("mirrorball_usb_camera");
+        write_pictures(&folder);
+        let process = Command::new(program).args(arguments).current_dir(folder).spawn().expect("the emulator starts");
+        let camera = Self { process, _guard: guard };
+        assert!(wait_until(LONG, || list_devices().iter().any(|device| device.name.contains(USB_CAMERA))));
+        Some(camera)
+    }
+
+    fn options() -> DeviceOptions {
+        let device = DeviceId::Name(USB_CAMERA.to_owned());
+        DeviceOptions { device, encoding: DeviceEncoding::Jpeg, ..default() }
+    }
+}
+
+impl Drop for UsbCamera {
+    fn drop(&mut self) {
+        self.process.kill().expect("the emulator runs");
+        self.process.wait().expect("the emulator ends");
+        wait_until(LONG, || list_devices().iter().all(|device| !device.name.contains(USB_CAMERA)));
+    }
+}
+
+/// Three pictures of one scene, a white one, one cut off and rubbish.
+fn write_pictures(folder: &Path) {
+    fs::create_dir_all(folder).expect("is writable");
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.join(name), bytes).expect("is writable");
+    let encoded = |color: &dyn Fn(u32, u32) -> [u8; 3]| {
+        let mut jpeg = Vec::new();
+        let picture = image::RgbImage::from_fn(640, 480, |x, y| image::Rgb(color(x, y)));
+        JpegEncoder::new_with_quality(&mut jpeg, 75).encode_image(&picture).expect("is encoded");
+        jpeg
+    };
+    for (name, shift) in [("f1.jpg", 0), ("f2.jpg", 40), ("f3.jpg", 80)] {
+        let jpeg = encoded(&|x, y| [((x + shift) % 160) as u8, (y / 4) as u8, ((x ^ y) % 32) as u8]);
+        write(name, &jpeg);
+        if shift == 0 {
+            write("cut.jpg", &jpeg[..jpeg.len() / 2]);
+        }
+    }
+    write("bright.jpg", &encoded(&|_, _| [255; 3]));
+    write("junk.jpg", &[0x55; 400]);
+}
+
+#[test]
+fn a_usb_camera_sends_jpegs_and_takes_a_fixed_exposure() {
+    let Some(_camera) = UsbCamera::plug_in(&["-b", "bright.jpg", "f1.jpg", "f2.jpg", "f3.jpg"]) else {
+        return;
+    };
+    let webcam = Webcam::open(UsbCamera::options());
+    let first = next(&webcam);
+    let stream = wait_for_playing(&webcam);
+    assert_eq!((stream.format, stream.frame_rate.round(), stream.exposure), (PixelFormat::Mjpeg, 30.0, None));
+    assert!(next(&webcam).pixels.rgba != first.pixels.rgba);
+    let dark = mean_rgb(&first);
+    drop(webcam);
+    // The emulated camera shows white from a tenth of a second on.
+    let webcam = Webcam::open(DeviceOptions { exposure: DeviceExposure::Seconds(0.12), ..UsbCamera::options() });
+    let bright = mean_rgb(&next(&webcam));
+    assert_eq!(wait_for_playing(&webcam).exposure, Some(0.12));
+    assert!(bright.min_element() > 250.0 && dark.max_element() < 200.0, "{bright} {dark}");
+}
+
+#[test]
+fn damaged_jpegs_are_dropped_and_counted() {
+    let Some(camera) = UsbCamera::plug_in(&["f1.jpg", "junk.jpg", "cut.jpg", "f2.jpg"]) else {
+        return;
+    };
+    let webcam = Webcam::open(UsbCamera::options());
+    let mut dropped = 0;
+    let mut means = Vec::new();
+    for _ in 0..10 {
+        let picture = next(&webcam);
+        dropped += picture.dropped;
+        means.push(mean_rgb(&picture));
+    }
+    assert!(dropped >= 8, "{dropped}");
+    // Whole pictures of one scene are alike; half gray ones are not.
+    assert!(means.iter().all(|mean| mean.distance(means[0]) < 5.0), "{means:?}");
+    drop((webcam, camera));
+    let Some(_camera) = UsbCamera::plug_in(&["junk.jpg", "cut.jpg"]) else {
+        return;
+    };
+    let webcam = Webcam::open(UsbCamera::options());
+    let text = wait_for_lost(&webcam, LONG);
+    assert!(text.contains("damaged") && webcam.take().is_none(), "{text}");
+}
+
+#[test]
+fn empty_pictures_are_dropped() {
+    let Some(_camera) = UsbCamera::plug_in(&["-E", "2", "f1.jpg", "f2.jpg"]) else {
+        return;
+    };
+    let webcam = Webcam::open(UsbCamera::options());
+    for _ in 0..6 {
+        next(&webcam);
+    }
+}
+
+#[test]
+fn an_unplugged_usb_camera_is_found_again_by_its_name() {
+    let pictures = &["f1.jpg", "f2.jpg", "f3.jpg"];
+    let Some(camera) = UsbCamera::plug_in(pictures) else {
+        return;
+    };
+    let webcam = Webcam::open(UsbCamera::options());
+    wait_for_playing(&webcam);
+    drop(camera);
+    wait_for_lost(&webcam, Duration::from_secs(2));
+    let Some(_camera) = UsbCamera::plug_in(pictures) else {
+        return;
+    };
+    webcam.take();
+    wait_for_playing(&webcam);
+    next(&webcam);
+}

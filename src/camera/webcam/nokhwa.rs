@@ -1,0 +1,141 @@
+//! Cameras on Windows and macOS, through `nokhwa`.
+//!
+//! Not tested on these systems; the same code takes pictures on Linux.
+
+use super::{
+    capture::WebcamStream,
+    decode::RawPicture,
+    devices::{DeviceExposure, DeviceInfo, DeviceOptions},
+    format::{FrameRate, Mode, PixelFormat, choose},
+};
+use bevy::prelude::*;
+use nokhwa::{
+    Buffer, Camera, NokhwaError, query,
+    utils::{ApiBackend, CameraFormat, CameraIndex, FrameFormat, RequestedFormat, RequestedFormatType, Resolution},
+};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// Longest plausible age of a picture on arrival. Older stamps are of another clock.
+const LONGEST_AGE: Duration = Duration::from_secs(10);
+
+/// The cameras that the system knows.
+pub(super) fn list() -> Vec<DeviceInfo> {
+    ask_for_permission();
+    let camera = |info: nokhwa::utils::CameraInfo| {
+        Some(DeviceInfo { index: info.index().as_index().ok()?, name: info.human_name() })
+    };
+    query(ApiBackend::Auto).unwrap_or_default().into_iter().filter_map(camera).collect()
+}
+
+/// macOS gives no camera to a program whose user has not been asked. The answer is found at the next look.
+fn ask_for_permission() {
+    if !nokhwa::nokhwa_check() {
+        nokhwa::nokhwa_initialize(|_| {});
+    }
+}
+
+/// A camera that delivers.
+pub(super) struct Source {
+    camera: Camera,
+    info: DeviceInfo,
+    stream: WebcamStream,
+    newest: Option<Buffer>,
+}
+
+/// A picture as the library copied it.
+pub(super) struct SourcePicture<'a> {
+    pub(super) raw: RawPicture<'a>,
+    pub(super) at: Instant,
+    /// The library does not say.
+    pub(super) is_marked_damaged: bool,
+}
+
+impl Source {
+    /// Opens the camera and starts it in the mode that is nearest to the wishes.
+    pub(super) fn open(info: &DeviceInfo, options: &DeviceOptions) -> Result<Self, String> {
+        let failed = |what: &'static str| move |error: NokhwaError| describe(info, what, &error);
+        let known = FORMATS.map(|(format, _)| format);
+        let request = RequestedFormat::with_formats(RequestedFormatType::None, &known);
+        let mut camera = Camera::new(CameraIndex::Index(info.index), request).map_err(failed("cannot be opened"))?;
+        let formats = camera.compatible_camera_formats().map_err(failed("does not tell its modes"))?;
+        let modes: Vec<_> = formats.iter().filter_map(mode).collect();
+        let mode = choose(&modes, options).ok_or_else(|| {
+            format!("the camera \"{}\" has no mode that can be decoded. Take another camera", info.name)
+        })?;
+        let rate = mode.rate.map_or(0, |rate| rate.frames);
+        let exact = CameraFormat::new(Resolution::new(mode.size.x, mode.size.y), frame_format(mode.format), rate);
+        let request = RequestedFormat::with_formats(RequestedFormatType::Exact(exact), &known);
+        let got = camera.set_camera_requset(request).map_err(failed("does not take its own mode"))?;
+        camera.open_stream().map_err(failed("does not start"))?;
+        if options.exposure != DeviceExposure::Unchanged {
+            warn!("the exposure of the camera \"{}\" stays as it is: it can be set on Linux only", info.name);
+        }
+        let stream = WebcamStream {
+            name: info.name.clone(),
+            size: UVec2::new(got.width(), got.height()),
+            frame_rate: got.frame_rate() as f32,
+            format: mode.format,
+            exposure: None,
+        };
+        Ok(Self { camera, info: info.clone(), stream, newest: None })
+    }
+
+    pub(super) fn stream(&self) -> &WebcamStream {
+        &self.stream
+    }
+
+    /// Waits for the next picture, however long that takes: the library has no limit.
+    pub(super) fn next(&mut self, _limit: Duration) -> Result<Option<SourcePicture<'_>>, String> {
+        let buffer = self.camera.frame().map_err(|error| describe(&self.info, "stopped", &error))?;
+        let buffer = self.newest.insert(buffer);
+        let (size, format) = (buffer.resolution(), buffer.source_frame_format());
+        let format = FORMATS.iter().find(|(theirs, _)| *theirs == format).map(|&(_, ours)| ours);
+        let at = taken_at(buffer);
+        Ok(format.map(|format| SourcePicture {
+            raw: RawPicture {
+                bytes: buffer.buffer(),
+                format,
+                size: UVec2::new(size.width(), size.height()),
+                stride: 0,
+            },
+            at,
+            is_marked_damaged: false,
+        }))
+    }
+}
+
+const FORMATS: [(FrameFormat, PixelFormat); 6] = [
+    (FrameFormat::YUYV, PixelFormat::Yuyv),
+    (FrameFormat::NV12, PixelFormat::Nv12),
+    (FrameFormat::RAWRGB, PixelFormat::Rgb),
+    (FrameFormat::RAWBGR, PixelFormat::Bgr),
+    (FrameFormat::MJPEG, PixelFormat::Mjpeg),
+    (FrameFormat::GRAY, PixelFormat::Gray),
+];
+
+fn frame_format(format: PixelFormat) -> FrameFormat {
+    FORMATS.iter().find(|(_, ours)| *ours == format).map_or(FrameFormat::MJPEG, |&(theirs, _)| theirs)
+}
+
+fn mode(theirs: &CameraFormat) -> Option<Mode> {
+    let format = FORMATS.iter().find(|(format, _)| *format == theirs.format())?.1;
+    let size = UVec2::new(theirs.width(), theirs.height());
+    Some(Mode { format, size, rate: FrameRate::new(theirs.frame_rate(), 1) })
+}
+
+/// The library's stamps are times of the day, where it has any.
+fn taken_at(buffer: &Buffer) -> Instant {
+    let arrived = Instant::now();
+    let taken = buffer.capture_timestamp().map(|since_epoch| UNIX_EPOCH + since_epoch);
+    let age = taken.and_then(|taken| SystemTime::now().duration_since(taken).ok()).unwrap_or_default();
+    if age > LONGEST_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
+}
+
+/// What happened to the camera, and what to do.
+fn describe(info: &DeviceInfo, what: &str, error: &NokhwaError) -> String {
+    format!(
+        "the camera \"{}\" (number {}) {what}: {error}. Close other programs that use it, allow cameras in the system's \
+         privacy settings, or plug it in again; it is found by itself",
+        info.name, info.index
+    )
+}

@@ -1,0 +1,195 @@
+//! Cameras on Linux, through the kernel's video interface V4L2.
+//!
+//! <https://docs.kernel.org/userspace-api/media/v4l/v4l2.html>
+
+mod errors;
+mod exposure;
+mod modes;
+
+use super::{
+    capture::WebcamStream,
+    decode::RawPicture,
+    devices::{DeviceInfo, DeviceOptions},
+    format::{FrameRate, choose},
+};
+use bevy::prelude::*;
+use errors::{describe, title};
+use exposure::expose;
+use modes::{fourcc, modes, pixel_format};
+use std::{
+    fs, io,
+    panic::catch_unwind,
+    time::{Duration, Instant},
+};
+use v4l::{
+    Device, Format, FourCC, Fraction,
+    buffer::{Flags, Metadata, Type},
+    capability::Flags as Capabilities,
+    io::traits::{CaptureStream, Stream},
+    prelude::MmapStream,
+    video::{Capture, capture::Parameters},
+};
+
+/// Pictures in flight between driver and thread.
+const BUFFERS: u32 = 4;
+/// Longest plausible age of a picture on arrival. Older stamps are of another clock.
+const LONGEST_AGE: Duration = Duration::from_secs(10);
+
+/// The cameras that can capture. Their metadata nodes, which have the same names, cannot.
+pub(super) fn list() -> Vec<DeviceInfo> {
+    let Ok(entries) = fs::read_dir("/sys/class/video4linux") else {
+        return Vec::new();
+    };
+    let camera = |entry: io::Result<fs::DirEntry>| {
+        let entry = entry.ok()?;
+        let index = entry.file_name().to_str()?.strip_prefix("video")?.parse().ok()?;
+        let name = String::from_utf8_lossy(&fs::read(entry.path().join("name")).ok()?).trim().to_owned();
+        can_capture(index).then_some(DeviceInfo { index, name })
+    };
+    entries.filter_map(camera).collect()
+}
+
+fn can_capture(index: u32) -> bool {
+    match Device::new(index as usize) {
+        // The library panics on names that are not UTF-8.
+        Ok(device) => catch_unwind(move || device.query_caps())
+            .is_ok_and(|caps| caps.is_ok_and(|caps| caps.capabilities.contains(Capabilities::VIDEO_CAPTURE))),
+        // A camera that may not be opened is one whose remedy the user wants to hear.
+        Err(error) => matches!(error.kind(), io::ErrorKind::PermissionDenied | io::ErrorKind::ResourceBusy),
+    }
+}
+
+/// A camera that delivers.
+pub(super) struct Source {
+    // Declared first, so that it is dropped first: it gives its buffers back to the device.
+    buffers: MmapStream<'static>,
+    device: Device,
+    info: DeviceInfo,
+    stream: WebcamStream,
+    stride: usize,
+}
+
+/// A picture in the driver's memory.
+pub(super) struct SourcePicture<'a> {
+    pub(super) raw: RawPicture<'a>,
+    pub(super) at: Instant,
+    /// The driver says that something is wrong with it.
+    pub(super) is_marked_damaged: bool,
+}
+
+impl Source {
+    /// Opens the camera and starts it in the mode that is nearest to the wishes.
+    pub(super) fn open(info: &DeviceInfo, options: &DeviceOptions) -> Result<Self, String> {
+        let failed = |what: &str| {
+            let info = info.clone();
+            let what = what.to_owned();
+            move |error: io::Error| describe(&info, &what, &error)
+        };
+        let device = Device::new(info.index as usize).map_err(failed("cannot be opened"))?;
+        let modes = modes(&device, options).map_err(failed("does not tell its modes"))?;
+        let mode = choose(&modes, options).ok_or_else(|| {
+            let known = "YUYV, NV12, RGB, BGR, MJPEG or gray";
+            format!("{} has no mode in one of the formats {known}. Take another camera", title(info))
+        })?;
+        // Set before anything else is asked, since another program may have left any format behind.
+        let wanted = Format::new(mode.size.x, mode.size.y, FourCC::new(fourcc(mode.format)));
+        let format = device.set_format(&wanted).map_err(failed("does not take its own mode"))?;
+        let size = UVec2::new(format.width, format.height);
+        let pixel_format = pixel_format(format.fourcc).filter(|_| size.min_element() > 0).ok_or_else(|| {
+            format!("{} gives {} instead of {}. Ask for another size", title(info), format.fourcc, mode.format.name())
+        })?;
+        // Drivers without rates refuse; they deliver at their own.
+        let interval = mode.rate.map(|rate| Fraction::new(rate.seconds, rate.frames));
+        let rate = interval.and_then(|interval| device.set_params(&Parameters::new(interval)).ok());
+        let rate = rate.or_else(|| device.params().ok()).map(|parameters| parameters.interval);
+        let rate = rate.and_then(|interval| FrameRate::new(interval.denominator, interval.numerator));
+        let stream = WebcamStream {
+            name: info.name.clone(),
+            size,
+            frame_rate: rate.map_or(0.0, FrameRate::per_second),
+            format: pixel_format,
+            exposure: expose(&device, info, options.exposure),
+        };
+        let buffers = start(&device).map_err(failed("does not start"))?;
+        Ok(Self { buffers, device, info: info.clone(), stream, stride: format.stride as usize })
+    }
+
+    pub(super) fn stream(&self) -> &WebcamStream {
+        &self.stream
+    }
+
+    /// Waits for the next picture, but not longer than `limit`.
+    pub(super) fn next(&mut self, limit: Duration) -> Result<Option<SourcePicture<'_>>, String> {
+        const READABLE: i16 = libc::POLLIN;
+        match self.device.handle().poll(READABLE, limit.as_millis() as i32) {
+            Ok(0) => return Ok(None),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => return Ok(None),
+            Err(error) => return Err(describe(&self.info, "stopped", &error)),
+            Ok(_) => {}
+        }
+        let (bytes, meta) = self.buffers.next().map_err(|error| describe(&self.info, "stopped", &error))?;
+        let used = (meta.bytesused as usize).min(bytes.len());
+        Ok(Some(SourcePicture {
+            raw: RawPicture {
+                bytes: &bytes[..used],
+                format: self.stream.format,
+                size: self.stream.size,
+                stride: self.stride,
+            },
+            at: taken_at(meta),
+            is_marked_damaged: meta.flags.contains(Flags::ERROR),
+        }))
+    }
+}
+
+/// Hands all buffers but the first to the driver and starts it. The library hands in the one it read last, at first the
+/// first, before it waits for the next picture.
+fn start(device: &Device) -> io::Result<MmapStream<'static>> {
+    let mut buffers = MmapStream::with_buffers(device, Type::VideoCapture, BUFFERS)?;
+    buffers.set_timeout(Duration::from_secs(1));
+    CaptureStream::queue(&mut buffers, 1)?;
+    // A driver may give less than it is asked for.
+    for index in 2..BUFFERS as usize {
+        if CaptureStream::queue(&mut buffers, index).is_err() {
+            break;
+        }
+    }
+    buffers.start()?;
+    Ok(buffers)
+}
+
+/// The driver's stamp where it is of the clock that [`Instant`] uses and neither in the future nor long ago.
+fn taken_at(meta: &Metadata) -> Instant {
+    let arrived = Instant::now();
+    if meta.flags & Flags::TIMESTAMP_MASK != Flags::TIMESTAMP_MONOTONIC {
+        return arrived;
+    }
+    let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the clock is a valid one and the pointer is to a live `timespec`.
+    if unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut now) } != 0 {
+        return arrived;
+    }
+    let now = Duration::from_secs(now.tv_sec.try_into().unwrap_or(0))
+        + Duration::from_nanos(now.tv_nsec.try_into().unwrap_or(0));
+    let stamp = Duration::from_secs(meta.timestamp.sec.try_into().unwrap_or(0))
+        + Duration::from_micros(meta.timestamp.usec.try_into().unwrap_or(0));
+    let age = now.saturating_sub(stamp);
+    if age > LONGEST_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stamps_of_another_clock_or_of_the_future_become_the_arrival() {
+        let arrival = Instant::now();
+        let mut meta = Metadata::default();
+        assert!(taken_at(&meta) >= arrival);
+        meta.flags = Flags::TIMESTAMP_MONOTONIC;
+        meta.timestamp = v4l::Timestamp::new(i64::MAX / 2_000_000, 0);
+        assert!(taken_at(&meta) >= arrival);
+        meta.timestamp = v4l::Timestamp::new(-1_000_000, 0);
+        assert!(taken_at(&meta) >= arrival);
+    }
+}
