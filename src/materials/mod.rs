@@ -1,17 +1,50 @@
-//! How entities look: phantoms, image-based surfaces.
+//! How entities look: phantoms, image-based surfaces, toons.
 //!
 //! **Enters:** [`StageRole`](crate::stage::StageRole) and [`SurfaceStyle`] of meshes, the dome's textures, the camera's
 //! picture. **Leaves:** materials that show phantoms as the camera picture under virtual shadows, and `StandardMaterial`s
-//! whose image-based light is shadowed by the dome.
+//! whose image-based light is shadowed by the dome, smoothly or in the flat bands of a cartoon.
 //!
-//! A mesh's `StandardMaterial` is exchanged for an [`ImageBasedMaterial`] that extends it; changes of the original asset are
-//! followed. [`SurfaceStyle::Engine`] keeps or brings back the original.
+//! A mesh's `StandardMaterial` is exchanged for an [`ImageBasedMaterial`] or a [`ToonMaterial`] that extends it; changes of the
+//! original asset are followed. [`SurfaceStyle::Engine`] keeps or brings back the original. Styles may change at any time.
+//!
+//! # Toon
+//! A cartoon has its bands from the room: with E(n) = light that a white matte surface facing n gets at this place (environment,
+//! lamps and ambient light together), the direction l from which light prevails, and the surface's normal N,
+//! - position = (E(N) under all shadows − E(−l)) ÷ (E(l) − E(−l)), in luminance, is cut into bands of equal width;
+//! - color = base color × mix(E(−l), E(l), middle of the band) + emissive.
+//!
+//! So the lit side has the color of the light, the dark side that of the fill, and a shadow drops a surface by some bands.
+//! The irradiance at n minus that at −n is exactly n · (light vector) (Gershun 1936), so l comes from six evaluations of
+//! the engine's lighting. E(−l) counts at most half of E(l), so that shadows show under an even sky too. Band edges are one
+//! pixel wide. Base color, its texture, vertex colors, normal map, alpha and emissive are kept; metalness, roughness, coats and
+//! transmission are not drawn. Meshes lit by nothing are black.
+//!
+//! The outline is a child entity that draws the mesh's far side, moved outwards by a number of pixels. Hard edges are
+//! closed by merging the normals at one place, where the mesh's data is still on the CPU; the line beside a right-angled
+//! edge is up to 30 % thinner. Transparent and masked surfaces have no outline, and neither have meshes without normals.
+//!
+//! Cost: nine evaluations of the engine's light per pixel (one of them with shadow maps), each one texture lookup for the
+//! environment and a loop over the lamps, and the dome's shadows once. An outline draws the mesh's triangles again.
+//!
+//! Limits: beside a lamp the bands follow its falloff with distance and are not flat. Dome shadows see toons in
+//! their rest pose, as everything.
+//!
+//! Sources: rows E1–E3 of our list, a thesis that takes ramps of 2–5 levels over N·L of one lamp from textures, and
+//! draws back faces in black lines.
 
+mod hull;
 mod image_based;
+mod outline;
 mod phantom;
+mod style;
+mod toon;
+mod twin;
 
-pub use image_based::{DomeShadowed, ImageBasedMaterial, SurfaceStyle};
+pub use image_based::{DomeShadowed, ImageBasedMaterial};
+pub use outline::OutlineMaterial;
 pub use phantom::PhantomMaterial;
+pub use style::{SurfaceStyle, ToonStyle};
+pub use toon::{ToonMaterial, ToonShaded};
 
 use crate::{
     MirrorballSystems,
@@ -30,21 +63,29 @@ impl Plugin for MaterialsPlugin {
         }
         embedded_asset!(app, "phantom.wgsl");
         embedded_asset!(app, "image_based.wgsl");
+        embedded_asset!(app, "toon.wgsl");
+        embedded_asset!(app, "outline.wgsl");
         app.register_type::<SurfaceStyle>()
             .add_plugins((
                 MaterialPlugin::<PhantomMaterial>::default(),
                 MaterialPlugin::<ImageBasedMaterial>::default(),
+                MaterialPlugin::<ToonMaterial>::default(),
+                MaterialPlugin::<OutlineMaterial>::default(),
             ))
-            .init_resource::<image_based::ExtendedMaterials>()
             .init_resource::<phantom::PhantomMaterials>()
+            .init_resource::<twin::Twins<DomeShadowed>>()
+            .init_resource::<twin::Twins<ToonShaded>>()
+            .init_resource::<outline::OutlineMaterials>()
+            .init_resource::<hull::Hulls>()
             .add_systems(
                 PostUpdate,
                 (
-                    phantom::follow_camera,
-                    phantom::dress_phantoms,
-                    image_based::follow_changes,
-                    image_based::adopt_materials,
-                    image_based::release_materials,
+                    (phantom::follow_camera, phantom::dress_phantoms).chain(),
+                    (twin::follow_changes::<DomeShadowed>, twin::follow_changes::<ToonShaded>),
+                    (twin::release_materials::<DomeShadowed>, twin::release_materials::<ToonShaded>),
+                    (twin::adopt_materials::<DomeShadowed>, twin::adopt_materials::<ToonShaded>),
+                    (outline::erase_outlines, hull::forget_changed_hulls),
+                    outline::draw_outlines,
                 )
                     .chain()
                     // Without a renderer there is nothing to dress.
