@@ -11,9 +11,11 @@
 //! A cartoon has its bands from the room: with E(n) = light that a white matte surface facing n gets at this place (environment,
 //! lamps and ambient light together), the direction l from which light prevails, and the surface's normal N,
 //! - position = (E(N) under all shadows − E(−l)) ÷ (E(l) − E(−l)), in luminance, is cut into bands of equal width;
-//! - color = base color × mix(E(−l), E(l), middle of the band) + emissive.
+//! - color = base color × mix(E(−l), E(l), level of the band) + emissive.
 //!
-//! So the lit side has the color of the light, the dark side that of the fill, and a shadow drops a surface by some bands.
+//! Of n bands the highest has level 1 and the lowest 1/2n, the middle of its range, so that no form sinks into black.
+//!
+//! The lit side has the color of the light, the dark side that of the fill, and a shadow drops a surface by some bands.
 //! The irradiance at n minus that at −n is exactly n · (light vector) (Gershun 1936), so l comes from six evaluations of
 //! the engine's lighting. E(−l) counts at most half of E(l), so that shadows show under an even sky too. Band edges are one
 //! pixel wide. Base color, its texture, vertex colors, normal map, alpha and emissive are kept; metalness, roughness, coats and

@@ -51,7 +51,8 @@ fn prevailing_direction(paper: PbrInput, fallback: vec3f) -> vec3f {
     return select(fallback, light_vector / max(strength, LEAST_LIGHT), strength > LEAST_LIGHT);
 }
 
-/// Height of the band at a position 0…1 between dark and bright: the middle of its range. One pixel wide at the edges.
+/// Height of the band at a position 0…1 between dark and bright. The highest has all light, the lowest the middle of its range,
+/// so that no form sinks into black. Edges are one pixel wide.
 fn band_level(position: f32) -> f32 {
     let scaled = position * toon.bands;
     let half_width = max(0.5 * fwidth(scaled), LEAST_LIGHT);
@@ -59,7 +60,7 @@ fn band_level(position: f32) -> f32 {
     for (var edge = 1.0; edge < toon.bands; edge += 1.0) {
         band += smoothstep(edge - half_width, edge + half_width, scaled);
     }
-    return (band + 0.5) / toon.bands;
+    return mix(0.5 / toon.bands, 1.0, band / (toon.bands - 1.0));
 }
 
 @fragment
