@@ -160,7 +160,8 @@ impl FromExtras for ShadowDomeLight {
 }
 
 impl FromExtras for SurfaceStyle {
-    const EXAMPLE: &'static str = r##"{"Toon": {"bands": 3, "outline_width": 2.0, "outline_color": "#000000"}}"##;
+    const EXAMPLE: &'static str =
+        r##"{"Toon": {"bands": 3, "highlight": true, "outline_width": 2, "outline_color": "#000000"}}"##;
     const WORDS: &'static [(&'static str, fn() -> Self)] =
         &[("ImageBased", || Self::ImageBased), ("Toon", || Self::Toon(default())), ("Engine", || Self::Engine)];
 
@@ -171,6 +172,7 @@ impl FromExtras for SurfaceStyle {
             let width = Pixels { most: ToonStyle::MAX_OUTLINE_WIDTH };
             Self::Toon(ToonStyle {
                 bands: fields.optional("bands", bands).unwrap_or(default.bands),
+                highlight: fields.optional("highlight", Flag).unwrap_or(default.highlight),
                 outline_width: fields.optional("outline_width", width).unwrap_or(default.outline_width),
                 outline_color: fields.optional("outline_color", HexColor).unwrap_or(default.outline_color),
             })
@@ -234,8 +236,9 @@ mod tests {
         assert_eq!(read_value("SurfaceStyle", &json!("Toon")), toon(default()));
         assert_eq!(read_value("SurfaceStyle", &json!("Engine")), Ok(SurfaceStyle::Engine));
         assert_eq!(read_value("SurfaceStyle", &json!({"Toon": {}})), toon(default()));
-        let details = json!({"Toon": {"bands": 4, "outline_width": 0, "outline_color": "#ff8000"}});
-        let expected = ToonStyle { bands: 4, outline_width: 0.0, outline_color: Color::srgb_u8(255, 128, 0) };
+        let details = json!({"Toon": {"bands": 4, "highlight": false, "outline_width": 0, "outline_color": "#ff8000"}});
+        let outline_color = Color::srgb_u8(255, 128, 0);
+        let expected = ToonStyle { bands: 4, highlight: false, outline_width: 0.0, outline_color };
         assert_eq!(read_value("SurfaceStyle", &details), toon(expected));
     }
 

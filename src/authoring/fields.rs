@@ -205,8 +205,8 @@ impl<'a> Fields<'a> {
         self.read(field, rule, ", or leave it out for the default")
     }
 
-    /// What is read from the fields of an object that stands in the field; problems in there name it as `path`. `None` if the
-    /// object is absent or something in it is wrong, which is noted.
+    /// What is read from the fields of an object that stands in the field; problems in there name it as `path`. `None` if
+    /// the object is absent or something in it is wrong, which is noted.
     pub(super) fn required_object<T>(
         &mut self,
         field: &'static str,

@@ -1,4 +1,4 @@
-//! Meshes for outlines: hard edges split the normals of a mesh, and a hull blown up along split normals would tear there.
+//! Meshes for outlines: hard edges split the normals of a mesh, and a hull blown up along split normals tears there.
 
 use bevy::{
     mesh::{Indices, PrimitiveTopology, VertexAttributeValues},
@@ -37,8 +37,8 @@ pub(super) fn forget_changed_hulls(mut changes: MessageReader<AssetEvent<Mesh>>,
     }
 }
 
-/// A copy in which all vertices at one place have one normal, the mean of the faces there weighted by their angles. `None` if
-/// that changes nothing, or cannot be done.
+/// A copy in which all vertices at one place have one normal, the mean of the faces there weighted by their angles.
+/// `None` if that changes nothing, or cannot be done.
 fn with_merged_normals(mesh: &Mesh) -> Option<Mesh> {
     let Ok(VertexAttributeValues::Float32x3(positions)) = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION) else {
         return None;

@@ -1,35 +1,45 @@
 //! How entities look: phantoms, image-based surfaces, toons.
 //!
-//! **Enters:** [`StageRole`](crate::stage::StageRole) and [`SurfaceStyle`] of meshes, the dome's textures, the camera's
-//! picture. **Leaves:** materials that show phantoms as the camera picture under virtual shadows, and `StandardMaterial`s
-//! whose image-based light is shadowed by the dome, smoothly or in the flat bands of a cartoon.
+//! **Enters:** [`StageRole`](crate::stage::StageRole) and [`SurfaceStyle`] of meshes, the dome's textures, the
+//! camera's picture. **Leaves:** materials that show phantoms as the camera picture under virtual shadows, and
+//! `StandardMaterial`s whose image-based light is shadowed by the dome, smoothly or in the flat bands of a cartoon.
 //!
-//! A mesh's `StandardMaterial` is exchanged for an [`ImageBasedMaterial`] or a [`ToonMaterial`] that extends it; changes of the
-//! original asset are followed. [`SurfaceStyle::Engine`] keeps or brings back the original. Styles may change at any time.
+//! A mesh's `StandardMaterial` is exchanged for an [`ImageBasedMaterial`] or a [`ToonMaterial`] that extends it;
+//! changes of the original asset are followed. [`SurfaceStyle::Engine`] keeps or brings back the original. Styles may
+//! change at any time.
 //!
 //! # Toon
-//! A cartoon has its bands from the room: with E(n) = light that a white matte surface facing n gets at this place (environment,
-//! lamps and ambient light together), the direction l from which light prevails, and the surface's normal N,
-//! - position = (E(N) under all shadows − E(−l)) ÷ (E(l) − E(−l)), in luminance, is cut into bands of equal width;
-//! - color = base color × mix(E(−l), E(l), level of the band) + emissive.
+//! A cartoon has its bands from the room: with E(n) = light that a white matte surface facing n gets at this place
+//! (environment, lamps and ambient light together), the direction l from which light prevails, and the surface's
+//! normal N,
+//! - position = (E(N) under all shadows − E(−l)) ÷ (E(l) − E(−l)), in luminance, is cut into b bands of equal width;
+//! - color = base color × mix(E(−l), E(l), level of the band) + emissive. The highest band has level 1, the lowest
+//!   1/2b, the middle of its range, so that no form sinks into black.
 //!
-//! Of n bands the highest has level 1 and the lowest 1/2n, the middle of its range, so that no form sinks into black.
+//! The lit side has the color of the light (and the brightness of white paper that faces it), the dark side that of
+//! the fill, and a shadow drops a surface by some bands. The irradiance at n minus that at −n is exactly n · (light
+//! vector) (Gershun 1936), so l comes from six evaluations of the engine's lighting. In evenly lit rooms contrast is
+//! raised as a draftsman would: the range E(l) − E(−l) counts at least 30 % of E(l), and the dark color has at
+//! most 45 % of it.
 //!
-//! The lit side has the color of the light, the dark side that of the fill, and a shadow drops a surface by some bands.
-//! The irradiance at n minus that at −n is exactly n · (light vector) (Gershun 1936), so l comes from six evaluations of
-//! the engine's lighting. E(−l) counts at most half of E(l), so that shadows show under an even sky too. Band edges are one
-//! pixel wide. Base color, its texture, vertex colors, normal map, alpha and emissive are kept; metalness, roughness, coats and
-//! transmission are not drawn. Meshes lit by nothing are black.
+//! Glossy surfaces have a highlight, a spot in the color of the light where they would mirror l, larger and fainter
+//! the rougher they are; none in the lowest band and none where light comes from everywhere. Base color, its texture,
+//! vertex colors, normal map, alpha and emissive are kept; metalness, coats and transmission are not drawn. Edges are
+//! one pixel wide. Without any light a toon is black.
 //!
 //! The outline is a child entity that draws the mesh's far side, moved outwards by a number of pixels. Hard edges are
-//! closed by merging the normals at one place, where the mesh's data is still on the CPU; the line beside a right-angled
-//! edge is up to 30 % thinner. Transparent and masked surfaces have no outline, and neither have meshes without normals.
+//! closed by merging the normals at one place, where the mesh's data is still on the CPU; the line beside a
+//! right-angled edge is up to 30 % thinner. It has the depth of the mesh, so it is hidden where the mesh touches
+//! something nearer to the camera, such as the desk it stands on. Transparent and masked surfaces have no outline, and
+//! neither have meshes without normals.
 //!
-//! Cost: nine evaluations of the engine's light per pixel (one of them with shadow maps), each one texture lookup for the
-//! environment and a loop over the lamps, and the dome's shadows once. An outline draws the mesh's triangles again.
+//! Cost: nine evaluations of the engine's light per pixel (one of them with shadow maps), each one texture lookup for
+//! the environment and a loop over the lamps, and the dome's shadows once. An outline draws the mesh's triangles
+//! again.
 //!
-//! Limits: beside a lamp the bands follow its falloff with distance and are not flat. Dome shadows see toons in
-//! their rest pose, as everything.
+//! Limits: beside a lamp the bands follow its falloff with distance and are not flat. All bands lie between two
+//! colors, so of two lamps of different color each side shows the mixture. Dome shadows see toons in their rest pose,
+//! as everything.
 //!
 //! Sources: rows E1–E3 of our list, a thesis that takes ramps of 2–5 levels over N·L of one lamp from textures, and
 //! draws back faces in black lines.

@@ -2,8 +2,8 @@
 
 use bevy::prelude::*;
 
-/// How a mesh, or everything below a spawned scene's root, is shaded. The nearest ancestor's style counts; it may change
-/// at any time. Phantoms have no style.
+/// How a mesh, or everything below a spawned scene's root, is shaded. The nearest ancestor's style counts; it may
+/// change at any time. Phantoms have no style.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -40,8 +40,11 @@ pub enum SurfaceStyle {
 pub struct ToonStyle {
     /// Number of brightness steps from the dark to the lit side, 2…5 (clamped). Defaults to 3.
     pub bands: u32,
-    /// Width of the outline in physical pixels of the camera's viewport, whatever the distance; 0…64 (clamped), 0 or not a
-    /// number is no outline. Defaults to 2.
+    /// Whether surfaces with a perceptual roughness below 0.75 have a hard-edged highlight where they would mirror the
+    /// light. Defaults to `true`.
+    pub highlight: bool,
+    /// Width of the outline in physical pixels of the camera's viewport, whatever the distance; 0…64 (clamped), 0 or not
+    /// a number is no outline. Defaults to 2.
     pub outline_width: f32,
     /// Color of the outline. It is not lit; an alpha below 1 has no effect. Defaults to black.
     pub outline_color: Color,
@@ -49,7 +52,7 @@ pub struct ToonStyle {
 
 impl Default for ToonStyle {
     fn default() -> Self {
-        Self { bands: 3, outline_width: 2.0, outline_color: Color::BLACK }
+        Self { bands: 3, highlight: true, outline_width: 2.0, outline_color: Color::BLACK }
     }
 }
 

@@ -33,6 +33,7 @@ pub struct ToonShaded {
 #[derive(ShaderType, Clone, Copy, Debug)]
 struct ToonUniform {
     bands: f32,
+    highlight: f32,
 }
 
 impl MaterialExtension for ToonShaded {
@@ -42,22 +43,22 @@ impl MaterialExtension for ToonShaded {
 }
 
 impl StyleExtension for ToonShaded {
-    /// The number of bands.
-    type Parameters = u32;
+    /// The number of bands, and whether there are highlights.
+    type Parameters = (u32, bool);
 
-    fn parameters(style: &SurfaceStyle, _: bool) -> Option<u32> {
+    fn parameters(style: &SurfaceStyle, _: bool) -> Option<(u32, bool)> {
         match style {
-            SurfaceStyle::Toon(toon) => Some(toon.clamped_bands()),
+            SurfaceStyle::Toon(toon) => Some((toon.clamped_bands(), toon.highlight)),
             _ => None,
         }
     }
 
-    fn new(bands: u32, textures: &DomeTextures) -> Self {
+    fn new((bands, highlight): (u32, bool), textures: &DomeTextures) -> Self {
         Self {
             atlas: textures.atlas.clone(),
             views: textures.views.clone(),
             weights: textures.weights.clone(),
-            uniform: ToonUniform { bands: bands as f32 },
+            uniform: ToonUniform { bands: bands as f32, highlight: f32::from(highlight) },
         }
     }
 

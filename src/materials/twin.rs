@@ -33,7 +33,8 @@ pub(super) trait StyleExtension: MaterialExtension {
 type TwinMaterial<E> = ExtendedMaterial<StandardMaterial, E>;
 type TwinKey<E> = (AssetId<StandardMaterial>, <E as StyleExtension>::Parameters);
 
-/// The twins in use; one per original and parameters, so that meshes still batch. The meshes that wear a twin keep it alive.
+/// The twins in use; one per original and parameters, so that meshes still batch. The meshes that wear a twin keep it
+/// alive.
 #[derive(Resource)]
 pub(super) struct Twins<E: StyleExtension> {
     by_key: HashMap<TwinKey<E>, AssetId<TwinMaterial<E>>>,
