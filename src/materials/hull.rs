@@ -1,13 +1,15 @@
 //! Meshes for outlines: hard edges split the normals of a mesh, and a hull blown up along split normals tears there.
 
 use bevy::{
-    mesh::{Indices, PrimitiveTopology, VertexAttributeValues},
+    mesh::{Indices, MeshVertexAttribute, PrimitiveTopology, VertexAttributeValues},
     platform::collections::HashMap,
     prelude::*,
 };
 
-/// Normals that differ by less than this cosine are the same; 2.6°, invisible in an outline.
+/// Normals with at least this cosine between them are the same; 2.6°, invisible in an outline.
 const SAME_NORMAL: f32 = 0.999;
+/// Positions nearer to each other than this share of the mesh's size are the same, whatever the rounding along seams.
+const SAME_PLACE: f32 = 1e-5;
 
 /// The hull of each outlined mesh, where it differs from the mesh itself.
 #[derive(Resource, Default)]
@@ -37,45 +39,65 @@ pub(super) fn forget_changed_hulls(mut changes: MessageReader<AssetEvent<Mesh>>,
     }
 }
 
-/// A copy in which all vertices at one place have one normal, the mean of the faces there weighted by their angles.
-/// `None` if that changes nothing, or cannot be done.
+/// What lies at one place of a mesh.
+#[derive(Default)]
+struct Place {
+    /// Sum of the normals of the faces here, weighted by their angles.
+    across_faces: Vec3,
+    /// Normal of a vertex here.
+    normal: Option<Vec3>,
+    /// Whether the vertices here have different normals.
+    is_split: bool,
+}
+
+/// A copy in which all vertices at one place have one normal: where they differ, the mean of the faces there weighted by
+/// their angles. `None` if they differ nowhere, or nothing can be done.
 fn with_merged_normals(mesh: &Mesh) -> Option<Mesh> {
-    let Ok(VertexAttributeValues::Float32x3(positions)) = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION) else {
-        return None;
-    };
-    if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
+    let positions = vectors(mesh, Mesh::ATTRIBUTE_POSITION)?;
+    let normals = vectors(mesh, Mesh::ATTRIBUTE_NORMAL)?;
+    if mesh.primitive_topology() != PrimitiveTopology::TriangleList || normals.len() != positions.len() {
         return None;
     }
-    // Adding zero turns −0 into 0, which is the same place.
-    let place = |position: &[f32; 3]| position.map(|v| (v + 0.0).to_bits());
-    let mut sums: HashMap<[u32; 3], Vec3> = HashMap::default();
+    let size = positions.iter().map(|position| position.abs().max_element()).fold(f32::MIN_POSITIVE, f32::max);
+    let key = |position: Vec3| (position / (SAME_PLACE * size)).round().as_ivec3();
+    let mut places: HashMap<IVec3, Place> = HashMap::default();
+    for (position, normal) in positions.iter().zip(&normals) {
+        let place = places.entry(key(*position)).or_default();
+        place.is_split |= normal.dot(*place.normal.get_or_insert(*normal)) < SAME_NORMAL;
+    }
+    if !places.values().any(|place| place.is_split) {
+        return None;
+    }
     let corners: Vec<usize> = match mesh.try_indices_option().ok()? {
         Some(indices) => Indices::iter(indices).collect(),
         None => (0..positions.len()).collect(),
     };
     for triangle in corners.chunks_exact(3) {
         for k in 0..3 {
-            let corner = |j: usize| triangle.get((k + j) % 3).and_then(|i| positions.get(*i));
+            let corner = |j: usize| triangle.get((k + j) % 3).and_then(|i| positions.get(*i)).copied();
             let (Some(at), Some(next), Some(last)) = (corner(0), corner(1), corner(2)) else {
                 continue;
             };
-            let (to_next, to_last) = (Vec3::from(*next) - Vec3::from(*at), Vec3::from(*last) - Vec3::from(*at));
-            let across = to_next.cross(to_last);
-            let angle = across.length().atan2(to_next.dot(to_last));
-            *sums.entry(place(at)).or_default() += angle * across.normalize_or_zero();
+            let across = (next - at).cross(last - at);
+            let angle = across.length().atan2((next - at).dot(last - at));
+            places.entry(key(at)).or_default().across_faces += angle * across.normalize_or_zero();
         }
     }
-    let merged: Vec<Vec3> =
-        positions.iter().map(|p| sums.get(&place(p)).copied().unwrap_or_default().normalize_or_zero()).collect();
-    if let Ok(VertexAttributeValues::Float32x3(normals)) = mesh.try_attribute(Mesh::ATTRIBUTE_NORMAL)
-        && normals.iter().zip(&merged).all(|(normal, merged)| Vec3::from(*normal).dot(*merged) > SAME_NORMAL)
-    {
-        return None;
-    }
-    let merged: Vec<[f32; 3]> = merged.iter().map(Vec3::to_array).collect();
+    let merged = positions.iter().zip(normals).map(|(position, normal)| match places.get(&key(*position)) {
+        Some(Place { is_split: true, across_faces, .. }) => across_faces.normalize_or(normal).to_array(),
+        _ => normal.to_array(),
+    });
+    let merged: Vec<[f32; 3]> = merged.collect();
     let mut hull = mesh.clone();
     hull.try_insert_attribute(Mesh::ATTRIBUTE_NORMAL, merged).ok()?;
     Some(hull)
+}
+
+fn vectors(mesh: &Mesh, attribute: MeshVertexAttribute) -> Option<Vec<Vec3>> {
+    match mesh.try_attribute(attribute) {
+        Ok(VertexAttributeValues::Float32x3(values)) => Some(values.iter().copied().map(Vec3::from).collect()),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -86,12 +108,9 @@ mod tests {
     fn the_corners_of_a_cube_point_along_its_diagonals() {
         let cube = Cuboid::default().mesh().build();
         let hull = with_merged_normals(&cube).expect("a cube has hard edges");
-        let values = |mesh: &Mesh, attribute| match mesh.try_attribute(attribute) {
-            Ok(VertexAttributeValues::Float32x3(values)) => values.iter().copied().map(Vec3::from).collect::<Vec<_>>(),
-            other => panic!("{other:?}"),
-        };
-        let positions = values(&cube, Mesh::ATTRIBUTE_POSITION);
-        for (normal, corner) in values(&hull, Mesh::ATTRIBUTE_NORMAL).iter().zip(&positions) {
+        let values = |mesh, attribute| vectors(mesh, attribute).expect("three numbers each");
+        let corners = values(&cube, Mesh::ATTRIBUTE_POSITION);
+        for (normal, corner) in values(&hull, Mesh::ATTRIBUTE_NORMAL).iter().zip(&corners) {
             assert!(normal.dot(corner.normalize()) > 0.9999, "{normal} at {corner}");
         }
     }

@@ -28,10 +28,10 @@
 //! one pixel wide. Without any light a toon is black.
 //!
 //! The outline is a child entity that draws the mesh's far side, moved outwards by a number of pixels. Hard edges are
-//! closed by merging the normals at one place, where the mesh's data is still on the CPU; the line beside a
-//! right-angled edge is up to 30 % thinner. It has the depth of the mesh, so it is hidden where the mesh touches
-//! something nearer to the camera, such as the desk it stands on. Transparent and masked surfaces have no outline, and
-//! neither have meshes without normals.
+//! closed by merging the normals at one place, where the mesh's data is still on the CPU (elsewhere lines have gaps
+//! there); the line beside a right-angled edge is up to 30 % thinner. It has the depth of the mesh, so it is hidden
+//! where the mesh touches something nearer to the camera, such as the desk it stands on. Transparent and masked
+//! surfaces have no outline, and neither have meshes without normals.
 //!
 //! Cost: nine evaluations of the engine's light per pixel (one of them with shadow maps), each one texture lookup for
 //! the environment and a loop over the lamps, and the dome's shadows once. An outline draws the mesh's triangles
@@ -41,8 +41,8 @@
 //! colors, so of two lamps of different color each side shows the mixture. Dome shadows see toons in their rest pose,
 //! as everything.
 //!
-//! Sources: rows E1–E3 of our list, a thesis that takes ramps of 2–5 levels over N·L of one lamp from textures, and
-//! draws back faces in black lines.
+//! Sources: Kunze 2006 (rows E1–E3), who takes ramps of two to five levels over N·L and R·V of one lamp from textures,
+//! draws back faces in black lines, and switches the style per model.
 
 mod hull;
 mod image_based;

@@ -1,15 +1,15 @@
 //! The outline of toon surfaces: the mesh once more, blown up by some pixels, seen from behind.
 
 use super::{
-    SurfaceStyle,
+    SurfaceStyle, ToonShaded,
     hull::Hulls,
     toon::ToonMaterial,
     twin::{Dressed, Styles},
 };
-use crate::materials::ToonShaded;
 use bevy::{
-    camera::visibility::{NoFrustumCulling, RenderLayers},
+    camera::visibility::{NoFrustumCulling, RenderLayers, VisibilityRange},
     light::{NotShadowCaster, NotShadowReceiver},
+    material::OpaqueRendererMethod,
     mesh::{MeshVertexBufferLayoutRef, morph::MeshMorphWeights, skinning::SkinnedMesh},
     pbr::{MaterialPipeline, MaterialPipelineKey},
     platform::collections::HashMap,
@@ -54,6 +54,10 @@ impl Material for OutlineMaterial {
 
     fn fragment_shader() -> ShaderRef {
         "embedded://bevy_mirrorball/materials/outline.wgsl".into()
+    }
+
+    fn opaque_render_method(&self) -> OpaqueRendererMethod {
+        OpaqueRendererMethod::Forward
     }
 
     fn enable_prepass() -> bool {
@@ -124,6 +128,7 @@ type ToonMesh = (
         Option<Ref<'static, SkinnedMesh>>,
         Option<Ref<'static, MeshMorphWeights>>,
         Option<Ref<'static, RenderLayers>>,
+        Option<Ref<'static, VisibilityRange>>,
         Option<Ref<'static, NoFrustumCulling>>,
     ),
 );
@@ -140,7 +145,7 @@ pub(super) fn draw_outlines(
     styles: Styles,
 ) {
     looks.by_look.retain(|_, material| materials.contains(*material));
-    for (mesh, Mesh3d(shape), dressed, outlined, (skin, morph, layers, unculled)) in &toons {
+    for (mesh, Mesh3d(shape), dressed, outlined, (skin, morph, layers, range, unculled)) in &toons {
         let Some(look) = wanted_look(styles.of(mesh), originals.get(&dressed.original)) else {
             continue;
         };
@@ -168,6 +173,9 @@ pub(super) fn draw_outlines(
         }
         if let Some(layers) = layers.filter(|layers| is_new || layers.is_changed()) {
             entity.try_insert(RenderLayers::clone(&layers));
+        }
+        if let Some(range) = range.filter(|range| is_new || range.is_changed()) {
+            entity.try_insert(VisibilityRange::clone(&range));
         }
         if unculled.is_some_and(|unculled| is_new || unculled.is_added()) {
             entity.try_insert(NoFrustumCulling);
