@@ -38,6 +38,28 @@ const EXTENT: f32 = 0.6;
 const RADIUS: f32 = 0.5;
 const BACKGROUND: Color = Color::linear_rgb(0.0, 0.0, 0.5);
 
+/// Shaders have arrived when this many frames of 1 ms bring none.
+const QUIET_FRAMES: u32 = 50;
+
+#[derive(Resource)]
+struct KeptShaders(#[expect(dead_code, reason = "keeps the assets loaded")] [Handle<Shader>; 4]);
+
+/// Loads all shaders beforehand: in a busy machine the first pictures would lack what is not there yet.
+fn load_shaders(app: &mut App) {
+    let assets = app.world().resource::<AssetServer>().clone();
+    let shaders = ["image_based", "outline", "phantom", "toon"]
+        .map(|name| assets.load(format!("embedded://bevy_mirrorball/materials/{name}.wgsl")));
+    let (mut quiet, mut known) = (0, 0);
+    while quiet < QUIET_FRAMES || !shaders.iter().all(|shader| assets.is_loaded_with_dependencies(shader)) {
+        app.update();
+        std::thread::sleep(std::time::Duration::from_millis(1));
+        let count = app.world().resource::<Assets<Shader>>().len();
+        quiet = if count == known { quiet + 1 } else { 0 };
+        known = count;
+    }
+    app.insert_resource(KeptShaders(shaders));
+}
+
 /// A ball before a camera without tone mapping, and no light at all.
 struct Studio {
     app: App,
@@ -62,6 +84,7 @@ impl Studio {
                 MaterialsPlugin,
             ));
         })?;
+        load_shaders(&mut app);
         app.insert_resource(ClearColor(BACKGROUND));
         let (picture, target) = offscreen::add_target(&mut app, SIZE);
         let projection = OrthographicProjection {
