@@ -34,7 +34,7 @@
 //!                       │     └─ casters ─► shadows ── depth atlas + weight per direction
 //!                       │                    │
 //!                       └─ background        ▼
-//!                             └──────────► materials ── phantoms: camera × ratio;  virtual: diffuse × ratio
+//!                             └──────────► materials ── phantoms: camera × ratio;  virtual: diffuse × ratio, smooth or in bands
 //! ```
 //!
 //! The modules are the stages in this order; each one's documentation says what enters, what leaves, what it costs and where
@@ -84,7 +84,7 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 /// | [`probe::ProbePlugin`] | mirrored ball → environment cube |
 /// | [`environment::EnvironmentPlugin`] | environment cube → light on every `StandardMaterial` |
 /// | [`shadows::ShadowsPlugin`] | dome of shadow directions |
-/// | [`materials::MaterialsPlugin`] | phantoms, image-based surfaces |
+/// | [`materials::MaterialsPlugin`] | phantoms, image-based surfaces, toons |
 /// | [`authoring::AuthoringPlugin`] | glTF extras → components |
 /// | [`debug::FeedDiagnosticsPlugin`] | figures as Bevy diagnostics |
 ///
@@ -131,7 +131,7 @@ pub mod prelude {
         MirrorballPlugins,
         camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, FrameFit, Intrinsics},
         environment::LiveEnvironment,
-        materials::SurfaceStyle,
+        materials::{SurfaceStyle, ToonStyle},
         probe::LightProbeSphere,
         shadows::ShadowDomeLight,
         stage::PhantomObject,

@@ -15,6 +15,7 @@ use bevy_mirrorball::{
         AuthoredComponent, AuthoringError, AuthoringPlugin, AuthoringReport, ExtrasProblem, NodeComponents,
         read_scene_components,
     },
+    materials::{SurfaceStyle, ToonStyle},
     probe::LightProbeSphere,
     shadows::ShadowDomeLight,
     stage::PhantomObject,
@@ -69,6 +70,8 @@ fn complete_set() -> Value {
         {"name": "plain"},
         {"extras": {"PhantomObject": {"casts": false}}},
         {"name": "dome", "extras": {"ShadowDomeLight": {"directions": 16}, "shadowdomelight": 1}},
+        {"name": "robot", "extras": {"SurfaceStyle": "Toon"}},
+        {"name": "ink", "extras": {"SurfaceStyle": {"Toon": {"bands": 2, "outline_width": 3.5}}}},
     ]))
 }
 
@@ -90,6 +93,16 @@ fn text_and_binary_files_give_the_same_components() {
         (1, "ball", vec![AuthoredComponent::LightProbeSphere(LightProbeSphere { radius: 0.03, ..default() })]),
         (3, "GltfNode3", vec![AuthoredComponent::PhantomObject(PhantomObject { casts: false, ..default() })]),
         (4, "dome", vec![AuthoredComponent::ShadowDomeLight(ShadowDomeLight { directions: 16, ..default() })]),
+        (5, "robot", vec![AuthoredComponent::SurfaceStyle(SurfaceStyle::Toon(default()))]),
+        (
+            6,
+            "ink",
+            vec![AuthoredComponent::SurfaceStyle(SurfaceStyle::Toon(ToonStyle {
+                bands: 2,
+                outline_width: 3.5,
+                ..default()
+            }))],
+        ),
     ];
     let set = complete_set();
     for path in [write("complete.gltf", set.to_string().as_bytes()), write("complete.glb", &glb(&set))] {
@@ -285,6 +298,7 @@ fn assert_components(node: EntityRef, expected: &[AuthoredComponent]) {
     found.extend(node.get().cloned().map(AuthoredComponent::MarkerAnchor));
     found.extend(node.get().cloned().map(AuthoredComponent::PhantomObject));
     found.extend(node.get().cloned().map(AuthoredComponent::ShadowDomeLight));
+    found.extend(node.get().cloned().map(AuthoredComponent::SurfaceStyle));
     found.extend(node.get().cloned().map(AuthoredComponent::WorldOrigin));
     assert_eq!(found, expected);
 }

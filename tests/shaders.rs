@@ -41,6 +41,9 @@ const FORWARD: &[&str] = &[
     "DFG_LUT",
     "ENVIRONMENT_MAP",
 ];
+/// As the main pass of an object with bones or morph targets; Bevy binds both in group 2 then.
+const SKINNED: &[&str] = &["SKINNED"];
+const MORPHED: &[&str] = &["MORPH_TARGETS"];
 const TEXTURED: &[&str] = &["VERTEX_UVS", "VERTEX_UVS_A", "VERTEX_TANGENTS", "VERTEX_COLORS"];
 const TONEMAPPED: &[&str] = &["MULTISAMPLED", "TONEMAP_IN_SHADER", "TONEMAP_METHOD_REINHARD", "MAY_DISCARD"];
 
@@ -49,8 +52,18 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
     let forward =
         [vec![FORWARD], vec![FORWARD, TEXTURED], vec![FORWARD, TONEMAPPED], vec![FORWARD, TEXTURED, TONEMAPPED]];
     let sets = match path.file_name().and_then(|name| name.to_str()) {
-        // Both are never drawn in deferred passes.
-        Some("image_based.wgsl" | "phantom.wgsl") => forward.to_vec(),
+        // None is ever drawn in deferred passes.
+        Some("image_based.wgsl" | "toon.wgsl" | "phantom.wgsl") => forward.to_vec(),
+        Some("outline.wgsl") => {
+            let without_normals = vec!["MESH_PIPELINE", "VERTEX_POSITIONS", "MORPH_TARGETS"];
+            let shapes: [&[&[&str]]; 4] = [
+                &[FORWARD],
+                &[FORWARD, TONEMAPPED, SKINNED],
+                &[FORWARD, MORPHED],
+                &[FORWARD, TEXTURED, SKINNED, MORPHED],
+            ];
+            return shapes.into_iter().map(<[_]>::concat).chain([without_normals]).collect();
+        }
         _ => vec![vec![]],
     };
     sets.into_iter().map(|set| set.concat()).collect()

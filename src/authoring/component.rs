@@ -2,9 +2,10 @@
 
 use super::{
     error::ExtrasProblem,
-    fields::{Fields, Flag, Positive, Whole, Word, quoted, shown},
+    fields::{Fields, Flag, HexColor, Pixels, Positive, Whole, Word, quoted, shown},
 };
 use crate::{
+    materials::{SurfaceStyle, ToonStyle},
     probe::LightProbeSphere,
     shadows::ShadowDomeLight,
     stage::PhantomObject,
@@ -96,6 +97,8 @@ authored_components! {
     PhantomObject,
     /// The dome of shadow directions.
     ShadowDomeLight,
+    /// The look of a node and what is below it.
+    SurfaceStyle,
 }
 
 /// The last marker of the family tag36h11.
@@ -156,6 +159,27 @@ impl FromExtras for ShadowDomeLight {
     }
 }
 
+impl FromExtras for SurfaceStyle {
+    const EXAMPLE: &'static str =
+        r##"{"Toon": {"bands": 3, "highlight": true, "outline_width": 2, "outline_color": "#000000"}}"##;
+    const WORDS: &'static [(&'static str, fn() -> Self)] =
+        &[("ImageBased", || Self::ImageBased), ("Toon", || Self::Toon(default())), ("Engine", || Self::Engine)];
+
+    fn from_fields(fields: &mut Fields) -> Option<Self> {
+        fields.required_object("Toon", "SurfaceStyle.Toon", |fields| {
+            let default = ToonStyle::default();
+            let bands = Whole { least: ToonStyle::MIN_BANDS, most: ToonStyle::MAX_BANDS };
+            let width = Pixels { most: ToonStyle::MAX_OUTLINE_WIDTH };
+            Self::Toon(ToonStyle {
+                bands: fields.optional("bands", bands).unwrap_or(default.bands),
+                highlight: fields.optional("highlight", Flag).unwrap_or(default.highlight),
+                outline_width: fields.optional("outline_width", width).unwrap_or(default.outline_width),
+                outline_color: fields.optional("outline_color", HexColor).unwrap_or(default.outline_color),
+            })
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -203,5 +227,36 @@ mod tests {
         check::<LightProbeSphere>();
         check::<PhantomObject>();
         check::<ShadowDomeLight>();
+        check::<SurfaceStyle>();
+    }
+
+    #[test]
+    fn a_style_is_a_word_or_a_toon_with_details() {
+        let toon = |toon| Ok(SurfaceStyle::Toon(toon));
+        assert_eq!(read_value("SurfaceStyle", &json!("Toon")), toon(default()));
+        assert_eq!(read_value("SurfaceStyle", &json!("Engine")), Ok(SurfaceStyle::Engine));
+        assert_eq!(read_value("SurfaceStyle", &json!({"Toon": {}})), toon(default()));
+        let details = json!({"Toon": {"bands": 4, "highlight": false, "outline_width": 0, "outline_color": "#ff8000"}});
+        let outline_color = Color::srgb_u8(255, 128, 0);
+        let expected = ToonStyle { bands: 4, highlight: false, outline_width: 0.0, outline_color };
+        assert_eq!(read_value("SurfaceStyle", &details), toon(expected));
+    }
+
+    #[test]
+    fn mistakes_within_a_toon_are_named_with_their_place() {
+        let mistakes = [
+            (json!({"Toon": {"bands": 9}}), "SurfaceStyle.Toon.bands is 9"),
+            (json!({"Toon": {"outline_width": -1}}), "SurfaceStyle.Toon.outline_width is -1"),
+            (json!({"Toon": {"outline_color": "black"}}), "SurfaceStyle.Toon.outline_color is \"black\""),
+            (json!({"Toon": {"band": 3}}), "SurfaceStyle.Toon.band is unknown"),
+            (json!({"Toon": 3}), "SurfaceStyle.Toon is 3"),
+            (json!({}), "SurfaceStyle.Toon is missing"),
+            (json!({"Tune": {}, "Toon": {}}), "SurfaceStyle.Tune is unknown"),
+        ];
+        for (json, expected) in mistakes {
+            let problems = read_value::<SurfaceStyle>("SurfaceStyle", &json).expect_err("a mistake");
+            let text = problems[0].to_string();
+            assert!(problems.len() == 1 && text.starts_with(expected), "{json}: {problems:?}, {text}");
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Reads the fields of one JSON object by rules and collects everything that is wrong with them.
 
 use super::{error::ExtrasProblem, spelling::closest};
+use bevy::color::{Color, Srgba};
 use serde_json::{Map, Value};
 
 /// Which values a field accepts.
@@ -91,6 +92,40 @@ impl Rule for Positive {
     }
 }
 
+/// A number of pixels from 0 to `most`.
+pub(super) struct Pixels {
+    pub(super) most: f32,
+}
+
+impl Rule for Pixels {
+    type Value = f32;
+
+    fn read(&self, json: &Value) -> Result<f32, Mismatch> {
+        let number = json.as_f64().ok_or(Mismatch::Type)? as f32;
+        (0.0..=self.most).contains(&number).then_some(number).ok_or(Mismatch::Range)
+    }
+
+    fn expected(&self) -> String {
+        format!("a number from 0 to {} (pixels)", self.most)
+    }
+}
+
+/// An sRGB color as web pages write it.
+pub(super) struct HexColor;
+
+impl Rule for HexColor {
+    type Value = Color;
+
+    fn read(&self, json: &Value) -> Result<Color, Mismatch> {
+        let text = json.as_str().ok_or(Mismatch::Type)?;
+        Srgba::hex(text).map(Color::from).map_err(|_| Mismatch::Range)
+    }
+
+    fn expected(&self) -> String {
+        "a color such as \"#ff8000\"".into()
+    }
+}
+
 /// One of a few words, as it stands.
 pub(super) struct Word(pub(super) &'static [&'static str]);
 
@@ -104,6 +139,21 @@ impl Rule for Word {
 
     fn expected(&self) -> String {
         quoted(self.0)
+    }
+}
+
+/// An object with fields of its own.
+struct Object;
+
+impl Rule for Object {
+    type Value = Map<String, Value>;
+
+    fn read(&self, json: &Value) -> Result<Self::Value, Mismatch> {
+        json.as_object().cloned().ok_or(Mismatch::Type)
+    }
+
+    fn expected(&self) -> String {
+        "an object, {} for the defaults".into()
     }
 }
 
@@ -153,6 +203,23 @@ impl<'a> Fields<'a> {
     /// The field's value; `None` if it is absent, or wrong, which is noted.
     pub(super) fn optional<R: Rule>(&mut self, field: &'static str, rule: R) -> Option<R::Value> {
         self.read(field, rule, ", or leave it out for the default")
+    }
+
+    /// What is read from the fields of an object that stands in the field; problems in there name it as `path`. `None` if
+    /// the object is absent or something in it is wrong, which is noted.
+    pub(super) fn required_object<T>(
+        &mut self,
+        field: &'static str,
+        path: &'static str,
+        read: impl FnOnce(&mut Fields) -> T,
+    ) -> Option<T> {
+        let object = self.required(field, Object)?;
+        let mut inner = Fields::new(path, self.example, &object);
+        let value = read(&mut inner);
+        let problems = inner.into_problems();
+        let is_faultless = problems.is_empty();
+        self.problems.extend(problems);
+        is_faultless.then_some(value)
     }
 
     fn read<R: Rule>(&mut self, field: &'static str, rule: R, or_omit: &'static str) -> Option<R::Value> {

@@ -12,9 +12,12 @@
 //! | `{"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9}}` | [`LightProbeSphere`] |
 //! | `{"PhantomObject": {"casts": true, "receives": true}}` | [`PhantomObject`] |
 //! | `{"ShadowDomeLight": {"directions": 64, "resolution": 256}}` | [`ShadowDomeLight`] |
+//! | `{"SurfaceStyle": "Toon"}`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and all below it |
+//! | `{"SurfaceStyle": {"Toon": {"bands": 4, "highlight": true, "outline_width": 2, "outline_color": "#000000"}}}` | the same with details |
 //!
 //! One node may have several. A field that is left out takes the component's default; the tag family is optional and only
-//! `tag36h11` is accepted. Lengths are in metres, in the node's own frame of reference: the node's scale is not applied.
+//! `tag36h11` is accepted. Colors are sRGB. Lengths are in metres, in the node's own frame of reference: the node's scale is
+//! not applied.
 //!
 //! # What is checked
 //! Unknown fields, values of the wrong type and values outside the documented range are errors that name file, node,
@@ -36,6 +39,7 @@
 //! [`LightProbeSphere`]: crate::probe::LightProbeSphere
 //! [`PhantomObject`]: crate::stage::PhantomObject
 //! [`ShadowDomeLight`]: crate::shadows::ShadowDomeLight
+//! [`SurfaceStyle`]: crate::materials::SurfaceStyle
 
 mod component;
 mod error;

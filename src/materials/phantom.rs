@@ -1,5 +1,6 @@
 //! The material of phantoms: the camera picture under the shadows of virtual things.
 
+use super::{ImageBasedMaterial, ToonMaterial, outline::Outline};
 use crate::{
     camera::{ArCamera, CameraFrame, FrameMapping, FrameTexture},
     shadows::DomeTextures,
@@ -134,21 +135,22 @@ pub(super) fn follow_camera(
     shared.made_from = Some(sources);
 }
 
+type VirtualMaterials =
+    (MeshMaterial3d<StandardMaterial>, MeshMaterial3d<ImageBasedMaterial>, MeshMaterial3d<ToonMaterial>);
+
 type ChangedRole = (Entity, &'static StageRole, Has<MeshMaterial3d<PhantomMaterial>>);
 
 pub(super) fn dress_phantoms(
     mut commands: Commands,
     shared: Res<PhantomMaterials>,
-    meshes: Query<ChangedRole, Changed<StageRole>>,
+    meshes: Query<ChangedRole, (Changed<StageRole>, Without<Outline>)>,
 ) {
     for (mesh, role, is_dressed) in &meshes {
         let mut entity = commands.entity(mesh);
         match role {
             StageRole::Phantom(PhantomObject { receives, .. }) => {
                 let material = if *receives { &shared.receiving } else { &shared.hiding };
-                entity
-                    .remove::<(MeshMaterial3d<StandardMaterial>, MeshMaterial3d<super::ImageBasedMaterial>)>()
-                    .insert(MeshMaterial3d(material.clone()));
+                entity.remove::<VirtualMaterials>().insert(MeshMaterial3d(material.clone()));
             }
             StageRole::Virtual if is_dressed => {
                 entity.remove::<MeshMaterial3d<PhantomMaterial>>();

@@ -1,0 +1,96 @@
+// The far side of a mesh blown up by a number of pixels, in one color. Skins and morphs as in bevy_pbr's mesh.wgsl.
+
+#import bevy_pbr::{
+    forward_io::{FragmentOutput, Vertex, VertexOutput},
+    mesh_bindings::mesh,
+    mesh_functions,
+    mesh_view_bindings::view,
+    morph,
+    pbr_functions::main_pass_post_lighting_processing,
+    pbr_types::{STANDARD_MATERIAL_FLAGS_FOG_ENABLED_BIT, pbr_input_new},
+    skinning,
+    view_transformations::position_world_to_clip,
+}
+
+/// Mirror of `OutlineUniform` in outline.rs.
+struct Outline {
+    /// Linear.
+    color: vec4f,
+    /// Pixels.
+    width: f32,
+}
+
+@group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> outline: Outline;
+
+/// The hull stands this share of the distance behind the surface, so that thin two-sided things are not covered by it.
+const BEHIND: f32 = 1e-3;
+/// Normals shorter than this (pixels) point at the camera or away from it.
+const LEAST_LENGTH: f32 = 1e-6;
+
+#ifdef VERTEX_NORMALS
+fn normal_of(vertex: Vertex) -> vec3f {
+    return vertex.normal;
+}
+#else
+/// Without normals there is no outline.
+fn normal_of(vertex: Vertex) -> vec3f {
+    return vec3f(0.0);
+}
+#endif
+
+#ifdef MORPH_TARGETS
+fn morphed(vertex: Vertex) -> array<vec3f, 2> {
+    var shape = array(vertex.position, normal_of(vertex));
+    let index = vertex.index - mesh[vertex.instance_index].first_vertex_index;
+    for (var i = 0u; i < morph::layer_count(vertex.instance_index); i++) {
+        let weight = morph::weight_at(i, vertex.instance_index);
+        shape[0] += weight * morph::morph_position(index, i, vertex.instance_index);
+        shape[1] += weight * morph::morph_normal(index, i, vertex.instance_index);
+    }
+    return shape;
+}
+#else
+/// Position and normal.
+fn morphed(vertex: Vertex) -> array<vec3f, 2> {
+    return array(vertex.position, normal_of(vertex));
+}
+#endif
+
+#ifdef SKINNED
+fn in_world(vertex: Vertex, shape: array<vec3f, 2>) -> array<vec3f, 2> {
+    let world_from_local = skinning::skin_model(vertex.joint_indices, vertex.joint_weights, vertex.instance_index);
+    let pos = mesh_functions::mesh_position_local_to_world(world_from_local, vec4f(shape[0], 1.0));
+    return array(pos.xyz, skinning::skin_normals(world_from_local, shape[1]));
+}
+#else
+fn in_world(vertex: Vertex, shape: array<vec3f, 2>) -> array<vec3f, 2> {
+    let world_from_local = mesh_functions::get_world_from_local(vertex.instance_index);
+    let pos = mesh_functions::mesh_position_local_to_world(world_from_local, vec4f(shape[0], 1.0));
+    return array(pos.xyz, mesh_functions::mesh_normal_local_to_world(shape[1], vertex.instance_index));
+}
+#endif
+
+@vertex
+fn vertex(in: Vertex) -> VertexOutput {
+    let shape = in_world(in, morphed(in));
+    let pos_clip = position_world_to_clip(shape[0]);
+    let normal_clip = view.clip_from_world * vec4f(shape[1], 0.0);
+    // How the picture of the point moves when the point moves along the normal.
+    let motion = (normal_clip.xy * pos_clip.w - pos_clip.xy * normal_clip.w) * view.viewport.zw;
+    let offset = motion / max(length(motion), LEAST_LENGTH) * outline.width * 2.0 / view.viewport.zw;
+
+    var out: VertexOutput;
+    out.position = vec4f(pos_clip.xy + offset * pos_clip.w, pos_clip.z * (1.0 - BEHIND), pos_clip.w);
+    out.world_position = vec4f(shape[0], 1.0);
+    out.world_normal = shape[1];
+    return out;
+}
+
+@fragment
+fn fragment(in: VertexOutput) -> FragmentOutput {
+    var pbr_input = pbr_input_new();
+    pbr_input.world_position = in.world_position;
+    pbr_input.frag_coord = in.position;
+    pbr_input.material.flags |= STANDARD_MATERIAL_FLAGS_FOG_ENABLED_BIT;
+    return FragmentOutput(main_pass_post_lighting_processing(pbr_input, outline.color));
+}

@@ -1,0 +1,75 @@
+//! `StandardMaterial` whose light comes in flat bands.
+
+use super::{SurfaceStyle, twin::StyleExtension};
+use crate::shadows::DomeTextures;
+use bevy::{
+    pbr::{ExtendedMaterial, MaterialExtension},
+    prelude::*,
+    render::{
+        render_resource::{AsBindGroup, ShaderType},
+        storage::ShaderBuffer,
+    },
+    shader::ShaderRef,
+};
+
+/// A `StandardMaterial` in flat bands of light.
+pub type ToonMaterial = ExtendedMaterial<StandardMaterial, ToonShaded>;
+
+/// What [`ToonMaterial`] adds to a `StandardMaterial`. Managed by the crate: use [`SurfaceStyle::Toon`].
+#[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
+pub struct ToonShaded {
+    #[texture(100, sample_type = "depth")]
+    #[sampler(101, sampler_type = "comparison")]
+    atlas: Handle<Image>,
+    #[storage(102, read_only)]
+    views: Handle<ShaderBuffer>,
+    #[storage(103, read_only)]
+    weights: Handle<ShaderBuffer>,
+    #[uniform(104)]
+    uniform: ToonUniform,
+}
+
+/// Mirror of `Toon` in toon.wgsl.
+#[derive(ShaderType, Clone, Copy, Debug)]
+struct ToonUniform {
+    bands: f32,
+    highlight: f32,
+}
+
+impl MaterialExtension for ToonShaded {
+    fn fragment_shader() -> ShaderRef {
+        "embedded://bevy_mirrorball/materials/toon.wgsl".into()
+    }
+}
+
+impl StyleExtension for ToonShaded {
+    /// The number of bands, and whether there are highlights.
+    type Parameters = (u32, bool);
+
+    fn parameters(style: &SurfaceStyle, _: bool) -> Option<(u32, bool)> {
+        match style {
+            SurfaceStyle::Toon(toon) => Some((toon.clamped_bands(), toon.highlight)),
+            _ => None,
+        }
+    }
+
+    fn new((bands, highlight): (u32, bool), textures: &DomeTextures) -> Self {
+        Self {
+            atlas: textures.atlas.clone(),
+            views: textures.views.clone(),
+            weights: textures.weights.clone(),
+            uniform: ToonUniform { bands: bands as f32, highlight: f32::from(highlight) },
+        }
+    }
+
+    /// Bands are matte: without the layers that would show the room sharply, and without their cost.
+    fn simplify(base: StandardMaterial) -> StandardMaterial {
+        StandardMaterial {
+            clearcoat: 0.0,
+            anisotropy_strength: 0.0,
+            specular_transmission: 0.0,
+            diffuse_transmission: 0.0,
+            ..base
+        }
+    }
+}
