@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Installs what compiling and testing on a machine without a GPU needs, or says what is missing and how to get it.
-# Run it, or source it and call install_packages.
+# Run it, or source it and call install_packages. Arguments ask for more:
+#   webcam    building the feature `webcam`
+#   window    opening windows, where there is a display
 
 # Prints the driver file of lavapipe, Mesa's software Vulkan. Fails if there is none.
 software_vulkan() {
@@ -26,10 +28,21 @@ any_graphics_driver() {
     [ -n "${VK_DRIVER_FILES:-${VK_ICD_FILENAMES:-}}" ]
 }
 
-# Whether the Vulkan loader is installed.
-vulkan_loader() {
+# Whether a shared library is installed.
+has_library() {
     # ldconfig is not always on a user's PATH; with -q, grep would end first and break the pipe under pipefail
-    PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null | grep 'libvulkan\.so\.1' >/dev/null
+    PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null | grep "$1" >/dev/null
+}
+
+# Whether libclang is installed. It has a version in its name and need not be where the loader looks.
+has_libclang() {
+    [ -n "${LIBCLANG_PATH:-}" ] || has_library 'libclang[-.0-9]*\.so' ||
+        compgen -G "/usr/lib/llvm-*/lib/libclang*.so*" >/dev/null
+}
+
+# Debian and Ubuntu name the package after its version; prints the newest there is.
+libclang_package() {
+    apt-cache search --names-only '^libclang1-[0-9]+$' | cut -d' ' -f1 | sort -t- -k2 -n | tail -n 1
 }
 
 # Prints the Debian packages that are missing, one a line. Looks for the things themselves, so that a compiler from
@@ -39,30 +52,46 @@ missing_packages() {
     if ! command -v cc >/dev/null; then echo gcc libc6-dev | tr ' ' '\n'; fi
     # build scripts look for system libraries with it
     if ! command -v pkg-config >/dev/null; then echo pkg-config; fi
-    if ! vulkan_loader; then echo libvulkan1; fi
+    if ! has_library 'libvulkan\.so\.1'; then echo libvulkan1; fi
     # lavapipe, the software Vulkan driver
     if ! software_vulkan >/dev/null; then echo mesa-vulkan-drivers; fi
+    local wish
+    for wish in "$@"; do
+        case $wish in
+        # the camera's system header is read with it
+        webcam) if ! has_libclang; then echo libclang1; fi ;;
+        # loaded by name when a window is opened; a desktop has them
+        window)
+            if [ -z "${DISPLAY:-}" ]; then continue; fi
+            if ! has_library 'libX11\.so\.6'; then echo libx11-6; fi
+            if ! has_library 'libX11-xcb\.so\.1'; then echo libx11-xcb1; fi
+            if ! has_library 'libXcursor\.so\.1'; then echo libxcursor1; fi
+            if ! has_library 'libXi\.so\.6'; then echo libxi6; fi
+            if ! has_library 'libxkbcommon-x11\.so\.0'; then echo libxkbcommon-x11-0; fi
+            ;;
+        esac
+    done
 }
 
 # For systems that this script does not install on.
 say_what_is_needed() {
-    echo "Needed: a C compiler, pkg-config, the Vulkan loader and Mesa's software Vulkan driver (lavapipe)."
+    echo "Needed: a C compiler, pkg-config, the Vulkan loader and Mesa's software Vulkan driver (lavapipe); for webcams libclang."
     if [ "$(uname -s)" = Darwin ]; then
         echo "  macOS:  xcode-select --install    (graphics come with the system)"
     elif command -v dnf >/dev/null; then
-        echo "  Fedora: sudo dnf install gcc pkgconf-pkg-config vulkan-loader mesa-vulkan-drivers"
+        echo "  Fedora: sudo dnf install gcc pkgconf-pkg-config vulkan-loader mesa-vulkan-drivers clang-libs"
     elif command -v pacman >/dev/null; then
-        echo "  Arch:   sudo pacman -S --needed gcc pkgconf vulkan-icd-loader vulkan-swrast"
+        echo "  Arch:   sudo pacman -S --needed gcc pkgconf vulkan-icd-loader vulkan-swrast clang"
     elif command -v apt-get >/dev/null; then
-        echo "  Debian, Ubuntu: apt-get install gcc libc6-dev pkg-config libvulkan1 mesa-vulkan-drivers    (as root)"
+        echo "  Debian, Ubuntu: apt-get install gcc libc6-dev pkg-config libvulkan1 mesa-vulkan-drivers libclang-dev    (as root)"
     fi
 }
 
-# Makes compiling and drawing possible. Fails, after saying why, if one of them is not.
+# Makes compiling and drawing possible, and what the arguments ask for. Fails, after saying why, if it is not.
 install_packages() {
     local as_root=() missing
     if [ "$(uname -s)" = Linux ] && command -v apt-get >/dev/null; then
-        mapfile -t missing < <(missing_packages)
+        mapfile -t missing < <(missing_packages "$@")
         if [ "${#missing[@]}" -eq 0 ]; then
             echo "packages: nothing is missing"
             return 0
@@ -70,10 +99,13 @@ install_packages() {
         if [ "$(id -u)" -ne 0 ] && command -v sudo >/dev/null; then as_root=(sudo); fi
         if [ "$(id -u)" -eq 0 ] || [ "${#as_root[@]}" -gt 0 ]; then
             echo "packages: installing ${missing[*]} with apt-get"
-            if "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq &&
-                "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
+            if "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq; then
+                # its real name is known only now
+                missing=("${missing[@]/#libclang1/$(libclang_package)}")
+                if "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
                     "${missing[@]}"; then
-                return 0
+                    return 0
+                fi
             fi
             echo "packages: apt-get failed" >&2
         else
@@ -94,5 +126,5 @@ install_packages() {
 
 if [ "${BASH_SOURCE[0]}" = "$0" ]; then
     set -euo pipefail
-    install_packages
+    install_packages "$@"
 fi

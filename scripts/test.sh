@@ -16,7 +16,7 @@ if ! command -v cargo >/dev/null; then
 fi
 
 source scripts/install_packages.sh
-install_packages
+install_packages webcam
 
 if [ -n "${VK_DRIVER_FILES:-}" ]; then
     echo "graphics: VK_DRIVER_FILES is set, testing on $VK_DRIVER_FILES"
@@ -32,9 +32,9 @@ if [ "$(uname -s)" = Linux ]; then export WGPU_BACKEND=vulkan; fi
 # tests that draw fail without an adapter instead of being skipped
 export MIRRORBALL_REQUIRE_GPU=1
 
-echo "tests: cargo test --workspace --no-fail-fast $*"
+echo "tests: cargo test --workspace --features egui,webcam --no-fail-fast $*"
 status=0
-cargo test --workspace --no-fail-fast "$@" || status=$?
+cargo test --workspace --features egui,webcam --no-fail-fast "$@" || status=$?
 if [ "$status" -eq 0 ]; then outcome=passed; else outcome=failed; fi
 echo "tests: $outcome after $((SECONDS - start)) s"
 exit "$status"

@@ -51,8 +51,8 @@ impl Desk {
             ));
         })?;
         let (picture, target) = offscreen::add_target(&mut app, SIZE);
-        let picture = FramePixels::new(SIZE, desk_picture()).expect("as many bytes as the size says");
-        let feed = CameraFeed::pixels(picture).with_pace(FeedPace::Lockstep);
+        let pixels = FramePixels::new(SIZE, desk_picture()).expect("as many bytes as the size says");
+        let feed = CameraFeed::pixels(pixels).with_pace(FeedPace::Lockstep);
         let pose = Transform::from_xyz(0.0, HEIGHT, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z);
         app.world_mut().spawn((ArCamera::new(intrinsics()), pose, feed, target, Msaa::Off));
         let sky = UniformSky { radiance: Some(Vec3::splat(SKY)) };

@@ -73,7 +73,7 @@ impl Options {
             match argument {
                 Long("feed") => options.feed = parser.value()?.parse_with(parse_feed)?,
                 Long("intrinsics") => {
-                    options.lens = Some(Lens::Intrinsics(parser.value()?.parse_with(parse_intrinsics)?))
+                    options.lens = Some(Lens::Intrinsics(parser.value()?.parse_with(parse_intrinsics)?));
                 }
                 Long("fov") => options.lens = Some(Lens::FieldOfView(parser.value()?.parse_with(parse_fov)?)),
                 Long("scene") => options.scene = Some(parser.value()?.into()),
@@ -117,7 +117,13 @@ impl Options {
     }
 }
 
-fn device_feed(_index: u32) -> Result<CameraFeed, &'static str> {
+#[cfg(feature = "webcam")]
+fn device_feed(index: u32) -> Result<CameraFeed, &'static str> {
+    Ok(CameraFeed::device(index))
+}
+
+#[cfg(not(feature = "webcam"))]
+fn device_feed(_: u32) -> Result<CameraFeed, &'static str> {
     Err("this program was built without webcams; build it with `--features egui,webcam`")
 }
 

@@ -72,7 +72,7 @@ pub(crate) fn switch_styles(keys: Res<ButtonInput<KeyCode>>, mut styles: Query<(
     // In the order of the panel.
     let mut things: Vec<_> = styles.iter_mut().collect();
     things.sort_by_key(|(name, _)| (*name).clone());
-    let toon = || SurfaceStyle::Engine;
+    let toon = || SurfaceStyle::Toon(default());
     if keys.just_pressed(KeyCode::KeyT) {
         let all_toon = things.iter().all(|(_, style)| **style == toon());
         for (_, style) in &mut things {

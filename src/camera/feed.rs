@@ -92,6 +92,8 @@ pub(super) enum FeedSource {
     Pixels(Arc<FramePixels>),
     Clip(PathBuf),
     Image(Handle<Image>),
+    #[cfg(feature = "webcam")]
+    Device(super::DeviceOptions),
 }
 
 impl CameraFeed {
@@ -108,6 +110,23 @@ impl CameraFeed {
     /// A recorded clip, repeated for ever: a folder of JPEG or PNG files with a sidecar `clip.json`; see [`Clip`](super::Clip).
     pub fn clip(folder: impl Into<PathBuf>) -> Self {
         Self::new(FeedSource::Clip(folder.into()))
+    }
+
+    /// A webcam: a number, or [`DeviceOptions`](super::DeviceOptions) with name, size, rate and exposure. A camera that is missing or
+    /// unplugged is [`FeedState::Lost`]; it is looked for every second. Intrinsics have to be in
+    /// [`ArCamera::intrinsics`](super::ArCamera::intrinsics).
+    ///
+    /// ```
+    /// # use bevy::prelude::*;
+    /// # use bevy_mirrorball::{camera::{DeviceId, DeviceOptions}, prelude::*};
+    /// # fn setup(mut commands: Commands) {
+    /// let options = DeviceOptions { device: DeviceId::Name("C920".into()), frame_rate: Some(30.0), ..default() };
+    /// commands.spawn((ArCamera::default(), CameraFeed::device(options)));
+    /// # }
+    /// ```
+    #[cfg(feature = "webcam")]
+    pub fn device(options: impl Into<super::DeviceOptions>) -> Self {
+        Self::new(FeedSource::Device(options.into()))
     }
 
     /// Any image of the game: a video player's, another camera's render target, a network stream's.

@@ -1,7 +1,7 @@
 //! Camera pictures in: the first stage.
 //!
-//! **Enters:** a still picture ([`CameraFeed::picture`]), a recorded clip ([`CameraFeed::clip`]), an image of the game
-//! ([`CameraFeed::image`]) or pixels it supplies ([`CameraFeed::pixels`]).
+//! **Enters:** a webcam (`CameraFeed::device`, feature `webcam`), a recorded clip ([`CameraFeed::clip`]), a still picture
+//! ([`CameraFeed::picture`]), an image of the game ([`CameraFeed::image`]) or pixels it supplies ([`CameraFeed::pixels`]).
 //! **Leaves:** on the camera entity a [`CameraFrame`] (CPU pixels, shared) and a [`FrameTexture`] (the same on the GPU),
 //! the picture drawn as the background, and a projection that equals the real camera's.
 //!
@@ -36,7 +36,6 @@ mod projection;
 mod source;
 mod upload;
 #[cfg(feature = "webcam")]
-#[cfg_attr(not(test), expect(dead_code, unused_imports, reason = "feeds take webcams in the next commit"))]
 mod webcam;
 
 pub use clip::Clip;

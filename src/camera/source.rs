@@ -1,5 +1,7 @@
 //! What is behind a feed: something that is asked for its newest picture once an update.
 
+#[cfg(feature = "webcam")]
+use super::webcam::{Webcam, WebcamStatus};
 use super::{
     CameraError, CameraFeed, FeedPace, FeedState, FramePixels, Intrinsics,
     clip::ClipSource,
@@ -58,6 +60,8 @@ pub(super) fn open(feed: &CameraFeed) -> Result<OpenFeed, CameraError> {
         FeedSource::Pixels(pixels) => Box::new(Supplied(Some(pixels.clone()))),
         FeedSource::Clip(folder) => Box::new(ClipSource::open(folder, feed.pace)?),
         FeedSource::Image(_) => Box::new(ImageSource::default()),
+        #[cfg(feature = "webcam")]
+        FeedSource::Device(options) => Box::new(Webcam::open(options.clone())),
     }))
 }
 
@@ -147,5 +151,25 @@ impl FrameSource for Supplied {
             intrinsics: None,
         });
         Arrival { picture, ..default() }
+    }
+}
+
+#[cfg(feature = "webcam")]
+impl FrameSource for Webcam {
+    fn poll(&mut self, now: Duration) -> Arrival {
+        let state = match self.status() {
+            WebcamStatus::Lost(reason) => Some(FeedState::Lost(reason)),
+            WebcamStatus::Opening | WebcamStatus::Playing(_) => None,
+        };
+        let Some(captured) = self.take() else {
+            return Arrival { state, ..default() };
+        };
+        let picture = Picture {
+            pixels: Arc::new(captured.pixels),
+            captured: now.saturating_sub(captured.at.elapsed()),
+            decode_time: captured.decode_time,
+            intrinsics: None,
+        };
+        Arrival { picture: Some(picture), dropped: captured.dropped, state }
     }
 }

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     camera::{ArCamera, FrameTexture},
-    materials::SurfaceStyle,
+    materials::{SurfaceStyle, ToonStyle},
 };
 use bevy::{
     diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore, FrameTimeDiagnosticsPlugin},
@@ -157,6 +157,10 @@ fn draw_styles(ui: &mut egui::Ui, styles: &mut Query<StyledEntity>) {
         for (number, (entity, name, style)) in (1..).zip(&mut entities) {
             let name = name.map_or_else(|| entity.to_string(), ToString::to_string);
             ui.label(format!("{number} {name}"));
+            let is_toon = matches!(**style, SurfaceStyle::Toon(_));
+            if ui.selectable_label(is_toon, "toon").clicked() && !is_toon {
+                **style = SurfaceStyle::Toon(ToonStyle::default());
+            }
             for (label, choice) in [("image-based", SurfaceStyle::ImageBased), ("engine", SurfaceStyle::Engine)] {
                 if ui.selectable_label(**style == choice, label).clicked() {
                     style.set_if_neq(choice);

@@ -38,6 +38,8 @@ pub(in crate::camera) struct Captured {
     /// When the picture was taken: the driver's time stamp (start of exposure or end of the transfer, as the driver has it)
     /// where it gives a plausible one, else the time of arrival.
     pub(in crate::camera) at: Instant,
+    /// How long it took to decode.
+    pub(in crate::camera) decode_time: Duration,
     /// Pictures that were overwritten unseen, empty or damaged since the last one that was taken.
     pub(in crate::camera) dropped: u64,
 }
@@ -76,7 +78,7 @@ pub(in crate::camera) struct Webcam {
 }
 
 struct State {
-    newest: Option<(FramePixels, Instant)>,
+    newest: Option<Captured>,
     dropped: u64,
     status: WebcamStatus,
     /// What is open now.
@@ -110,8 +112,8 @@ impl Webcam {
     /// The newest picture since the last call, if there is one.
     pub(in crate::camera) fn take(&self) -> Option<Captured> {
         let mut state = lock(&self.state);
-        let (pixels, at) = state.newest.take()?;
-        Some(Captured { pixels, at, dropped: std::mem::take(&mut state.dropped) })
+        let newest = state.newest.take()?;
+        Some(Captured { dropped: std::mem::take(&mut state.dropped), ..newest })
     }
 
     /// How the camera is doing now. Silence is found here, since the thread itself may be stuck in a driver.
@@ -210,15 +212,18 @@ fn play(
             continue;
         };
         heard = Instant::now();
+        let started = Instant::now();
         let result = if picture.is_marked_damaged { Err(DecodeError::Marked) } else { decode(&picture.raw) };
-        publish(&mut lock(state), result, picture.at, &stream);
+        let result =
+            result.map(|pixels| Captured { pixels, at: picture.at, decode_time: started.elapsed(), dropped: 0 });
+        publish(&mut lock(state), result, &stream);
     }
 }
 
-fn publish(state: &mut State, result: Result<FramePixels, DecodeError>, at: Instant, stream: &WebcamStream) {
+fn publish(state: &mut State, result: Result<Captured, DecodeError>, stream: &WebcamStream) {
     match result {
-        Ok(pixels) => {
-            if state.newest.replace((pixels, at)).is_some() {
+        Ok(captured) => {
+            if state.newest.replace(captured).is_some() {
                 state.dropped += 1;
             }
             state.heard = Instant::now();
@@ -253,16 +258,17 @@ mod tests {
         (Webcam { state: Arc::new(Mutex::new(state)), _alive: alive }, stop)
     }
 
-    fn pixel(value: u8) -> Result<FramePixels, DecodeError> {
-        FramePixels::new(UVec2::ONE, vec![value; 4]).ok_or(DecodeError::Empty)
+    fn pixel(value: u8, at: Instant) -> Result<Captured, DecodeError> {
+        let pixels = FramePixels::new(UVec2::ONE, vec![value; 4]).ok_or(DecodeError::Empty)?;
+        Ok(Captured { pixels, at, decode_time: Duration::ZERO, dropped: 0 })
     }
 
     #[test]
     fn the_newest_picture_wins_and_the_others_are_counted() {
         let (webcam, _stop) = webcam(WebcamStatus::Opening, Instant::now());
         let now = Instant::now();
-        for result in [pixel(1), Err(DecodeError::Empty), pixel(2), pixel(3)] {
-            publish(&mut lock(&webcam.state), result, now, &stream(30.0));
+        for result in [pixel(1, now), Err(DecodeError::Empty), pixel(2, now), pixel(3, now)] {
+            publish(&mut lock(&webcam.state), result, &stream(30.0));
         }
         let captured = webcam.take().unwrap();
         assert_eq!((captured.pixels.rgba[0], captured.dropped, captured.at), (3, 3, now));
@@ -275,9 +281,9 @@ mod tests {
         let long_ago = Instant::now() - Duration::from_secs(3);
         let (webcam, _stop) = webcam(WebcamStatus::Playing(stream(30.0)), long_ago);
         assert!(matches!(webcam.status(), WebcamStatus::Lost(text) if text.contains("\"Cam\" for 2 s")));
-        publish(&mut lock(&webcam.state), Err(DecodeError::Marked), Instant::now(), &stream(30.0));
+        publish(&mut lock(&webcam.state), Err(DecodeError::Marked), &stream(30.0));
         assert!(matches!(webcam.status(), WebcamStatus::Lost(text) if text.contains("damaged")));
-        publish(&mut lock(&webcam.state), pixel(0), Instant::now(), &stream(30.0));
+        publish(&mut lock(&webcam.state), pixel(0, Instant::now()), &stream(30.0));
         assert_eq!(webcam.status(), WebcamStatus::Playing(stream(30.0)));
     }
 

@@ -77,6 +77,13 @@ const DEFAULT_SIZE: UVec2 = UVec2::new(640, 480);
 /// Wished pictures per second where the game has no wish.
 const DEFAULT_FRAME_RATE: f32 = 30.0;
 
+impl From<u32> for DeviceOptions {
+    /// The camera with this number, as it likes.
+    fn from(index: u32) -> Self {
+        Self { device: DeviceId::Index(index), ..default() }
+    }
+}
+
 impl DeviceOptions {
     pub(super) fn wished_size(&self) -> UVec2 {
         self.size.unwrap_or(DEFAULT_SIZE).max(UVec2::ONE)

@@ -40,5 +40,5 @@ mod source;
 #[path = "v4l2/mod.rs"]
 mod source;
 
-pub(super) use capture::{Captured, Webcam, WebcamStatus};
+pub(super) use capture::{Webcam, WebcamStatus};
 pub use devices::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};

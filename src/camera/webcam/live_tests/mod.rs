@@ -6,7 +6,11 @@
 mod usb;
 mod vivid;
 
-use super::{Captured, DeviceId, DeviceOptions, Webcam, WebcamStatus, capture::WebcamStream, list_devices};
+use super::{
+    DeviceId, DeviceOptions, Webcam, WebcamStatus,
+    capture::{Captured, WebcamStream},
+    list_devices,
+};
 use bevy::prelude::*;
 use std::{
     env, fs,
