@@ -17,7 +17,7 @@ use bevy_mirrorball::{
     probe::{EnvironmentCube, ProbeMeasurement},
     tracking::MarkerTracking,
 };
-use image::{RgbImage, imageops};
+use image::{Rgb, RgbImage, imageops};
 use serde_json::{Value, json};
 use std::{
     path::Path,
@@ -33,6 +33,7 @@ const STEP: Duration = Duration::from_nanos(1_000_000_000 / 15);
 /// Width of a picture in the contact sheet, and pictures in a row.
 const THUMBNAIL_WIDTH: u32 = 160;
 const SHEET_COLUMNS: u32 = 10;
+const EMPTY_CELL: Rgb<u8> = Rgb([32; 3]);
 
 pub(crate) fn run(options: &Options) -> Outcome<()> {
     std::fs::create_dir_all(&options.out)
@@ -197,7 +198,8 @@ impl ContactSheet {
     fn new(size: UVec2, frames: u32) -> Self {
         let thumbnail = UVec2::new(THUMBNAIL_WIDTH, (THUMBNAIL_WIDTH * size.y / size.x).max(1));
         let (columns, rows) = (frames.min(SHEET_COLUMNS), frames.div_ceil(SHEET_COLUMNS));
-        Self { thumbnail, sheet: RgbImage::new(columns * thumbnail.x, rows * thumbnail.y) }
+        let sheet = RgbImage::from_pixel(columns * thumbnail.x, rows * thumbnail.y, EMPTY_CELL);
+        Self { thumbnail, sheet }
     }
 
     fn add(&mut self, frame: u32, picture: &RgbImage) {

@@ -13,17 +13,15 @@ mod window;
 
 use bevy::prelude::*;
 use options::{Options, USAGE};
-use std::{path::Path, process::ExitCode};
+use std::{io::Write, path::Path, process::ExitCode};
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 fn main() -> ExitCode {
     let result = match Options::from_command_line() {
         Ok(Some(options)) => run(&options),
-        Ok(None) => {
-            println!("{USAGE}");
-            Ok(())
-        }
+        // Whoever reads the help may stop early, as `head` does.
+        Ok(None) => writeln!(std::io::stdout(), "{USAGE}").or(Ok(())),
         Err(error) => Err(error.into()),
     };
     match result {

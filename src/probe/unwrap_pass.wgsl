@@ -107,15 +107,13 @@ fn unwrap_ball(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var sum = vec3f(0.0);
-    if unwrap.gain.w > 0.5 {
-        sum = unwrap.uniform_radiance;
-    } else {
-        for (var i = 0u; i < SUBSAMPLES * SUBSAMPLES; i++) {
-            let offset = (vec2f(vec2u(i % SUBSAMPLES, i / SUBSAMPLES)) + 0.5) / f32(SUBSAMPLES);
-            let p = 2.0 * (vec2f(id.xy) + offset) / vec2f(size) - 1.0;
-            sum += radiance_from(face_direction(id.z, p));
-        }
-        sum /= f32(SUBSAMPLES * SUBSAMPLES) * unwrap.ball.reflectance;
+    for (var i = 0u; i < SUBSAMPLES * SUBSAMPLES; i++) {
+        let offset = (vec2f(vec2u(i % SUBSAMPLES, i / SUBSAMPLES)) + 0.5) / f32(SUBSAMPLES);
+        let p = 2.0 * (vec2f(id.xy) + offset) / vec2f(size) - 1.0;
+        sum += radiance_from(face_direction(id.z, p));
     }
+    sum /= f32(SUBSAMPLES * SUBSAMPLES) * unwrap.ball.reflectance;
+    // A select, no branch: software Vulkan compiles a shader that branches on a uniform anew for every dispatch.
+    sum = select(sum, unwrap.uniform_radiance, unwrap.gain.w > 0.5);
     textureStore(cube, id.xy, id.z, vec4f(min(sum, vec3f(MAX_RADIANCE)), 1.0));
 }
