@@ -88,12 +88,13 @@ fn two_loops_of_the_clip_are_drawn_without_trouble_or_growing_memory() {
 
 #[test]
 fn bad_input_is_answered_with_what_to_do() {
-    let cases: [(&[&str], &[&str]); 8] = [
+    let cases: [(&[&str], &[&str]); 9] = [
         (&["--feed", "tape:1"], &["clip:DIR", "tape:1"]),
         (&["--feed", "clip:nowhere"], &["nowhere/clip.json", "sidecar"]),
         (&["--feed", "image:nowhere.jpg"], &["nowhere.jpg"]),
         (&["--intrinsics", "1,2,3"], &["FX,FY,CX,CY"]),
         (&["--fov", "0"], &["degrees"]),
+        (&["--toon", "dancer,roof"], &["roof", "mirror ball"]),
         (&["--frames", "0"], &["--frames", "above 0"]),
         (&["--size", "640"], &["WIDTHxHEIGHT", "640"]),
         (&["--scene", "nothing.glb"], &["nothing.glb"]),

@@ -12,7 +12,9 @@ mod stage;
 mod window;
 
 use bevy::prelude::*;
+use bevy_mirrorball::prelude::*;
 use options::{Options, USAGE};
+use stage::StartAsToon;
 use std::{io::Write, path::Path, process::ExitCode};
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
@@ -62,12 +64,20 @@ impl Show {
         let name = file.file_name().ok_or("--scene names no file")?.to_string_lossy().into_owned();
         let scene = app.world().resource::<AssetServer>().load(GltfAssetLabel::Scene(0).from_asset(name));
         app.world_mut().spawn(WorldAssetRoot(scene.clone()));
-        app.init_resource::<dancer::Dance>();
+        let lacks_dome = any_with_component::<MarkerAnchor>.and_then(not(any_with_component::<ShadowDomeLight>));
+        app.add_systems(Update, spawn_dome.run_if(lacks_dome)).init_resource::<dancer::Dance>();
         if options.scene.is_none() {
-            app.add_systems(Startup, stage::spawn).add_systems(Update, (dancer::keep_the_beat, dancer::dance).chain());
+            app.insert_resource(StartAsToon(options.toons.clone()))
+                .add_systems(Startup, (stage::spawn, stage::start_as_toon).chain())
+                .add_systems(Update, (dancer::keep_the_beat, dancer::dance).chain());
         }
         Ok(Self { scene })
     }
+}
+
+/// A scene that says nothing of shadows has those of the default dome.
+fn spawn_dome(mut commands: Commands) {
+    commands.spawn(ShadowDomeLight::default());
 }
 
 /// Bevy's assets are those beside the scene.

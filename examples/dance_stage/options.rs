@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::stage::THINGS;
 use bevy::math::{UVec2, Vec2};
 use bevy_mirrorball::{
     camera::Clip,
@@ -22,6 +23,7 @@ usage: dance_stage [OPTIONS]
                            (default: what the clip's sidecar says, else 60)
   --scene FILE             a glTF scene to show instead of the dance stage; its node extras say where marker, ball and
                            real things are (default: assets/desk/set.glb, the real desk, and the stage on it)
+  --toon THING[,THING…]    what starts as toon: dancer, floor, rim, left loudspeaker, right loudspeaker, mirror ball, or all
   --headless               draw to files instead of a window; chosen by itself where there is no display
   --frames N               pictures to draw then (default 60)
   --size WIDTHxHEIGHT      their size in pixels (default: that of the feed's pictures)
@@ -50,6 +52,8 @@ pub(crate) struct Options {
     pub feed: Feed,
     lens: Option<Lens>,
     pub scene: Option<PathBuf>,
+    /// Names of things on the stage.
+    pub toons: Vec<&'static str>,
     pub is_headless: bool,
     pub frames: u32,
     pub size: Option<UVec2>,
@@ -64,6 +68,7 @@ impl Options {
             feed: Feed::Clip(asset("desk_clip")),
             lens: None,
             scene: None,
+            toons: Vec::new(),
             is_headless: false,
             frames: 60,
             size: None,
@@ -77,6 +82,7 @@ impl Options {
                 }
                 Long("fov") => options.lens = Some(Lens::FieldOfView(parser.value()?.parse_with(parse_fov)?)),
                 Long("scene") => options.scene = Some(parser.value()?.into()),
+                Long("toon") => options.toons = parser.value()?.parse_with(parse_toons)?,
                 Long("headless") => options.is_headless = true,
                 Long("frames") => options.frames = parser.value()?.parse_with(parse_frames)?,
                 Long("size") => options.size = Some(parser.value()?.parse_with(parse_size)?),
@@ -156,6 +162,15 @@ fn parse_fov(text: &str) -> Result<f32, String> {
         Ok(degrees) if (1.0..=170.0).contains(&degrees) => Ok(degrees),
         _ => Err("--fov takes the horizontal field of view in degrees, 1 to 170".to_owned()),
     }
+}
+
+fn parse_toons(text: &str) -> Result<Vec<&'static str>, String> {
+    if text == "all" {
+        return Ok(THINGS.to_vec());
+    }
+    let find = |name: &str| THINGS.into_iter().find(|thing| *thing == name);
+    let unknown = |name| format!("--toon takes all, or some of {}, with commas between, not {name}", THINGS.join(", "));
+    text.split(',').map(|name| find(name.trim()).ok_or_else(|| unknown(name))).collect()
 }
 
 fn parse_frames(text: &str) -> Result<u32, String> {

@@ -7,13 +7,21 @@ use bevy_mirrorball::prelude::*;
 /// Height of the dance floor in metres.
 const FLOOR: f32 = 0.012;
 
+/// What can be switched, in the order in which it is spawned.
+pub(crate) const THINGS: [&str; 6] = ["dancer", "floor", "rim", "left loudspeaker", "right loudspeaker", "mirror ball"];
+
+/// Names of the things that start as toon.
+#[derive(Resource)]
+pub(crate) struct StartAsToon(pub Vec<&'static str>);
+
 /// Spawns dancer, floor, loudspeakers and a mirror ball on a stand. World and marker frame are the same: the audience sits at −Z.
 pub(crate) fn spawn(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    let mut dancer = thing(&mut commands, "dancer", Vec3::Y * FLOOR);
+    let [dancer, floor, rim, left_speaker, right_speaker, mirror_ball] = THINGS;
+    let mut dancer = thing(&mut commands, dancer, Vec3::Y * FLOOR);
     dancer.insert(Dancer);
     dancer::spawn(&mut dancer, &mut meshes, &mut materials);
 
@@ -31,12 +39,12 @@ pub(crate) fn spawn(
     };
     let round = |radius: f32, height: f32| Cylinder::new(radius, height).mesh().resolution(64).build();
 
-    let mut floor = thing(&mut commands, "floor", Vec3::ZERO);
+    let mut floor = thing(&mut commands, floor, Vec3::ZERO);
     shape(&mut floor, round(0.085, FLOOR), &wood, Vec3::Y * 0.5 * FLOOR);
-    let mut rim = thing(&mut commands, "rim", Vec3::ZERO);
+    let mut rim = thing(&mut commands, rim, Vec3::ZERO);
     let ring = Torus { minor_radius: 0.0035, major_radius: 0.085 };
     shape(&mut rim, ring.mesh().major_resolution(64).minor_resolution(8).build(), &gold, Vec3::Y * FLOOR);
-    for (name, x) in [("left loudspeaker", -0.105), ("right loudspeaker", 0.1)] {
+    for (name, x) in [(left_speaker, -0.105), (right_speaker, 0.1)] {
         let mut speaker = thing(&mut commands, name, Vec3::new(x, 0.0, 0.095));
         shape(&mut speaker, Cuboid::new(0.042, 0.075, 0.036).mesh().build(), &teal, Vec3::Y * 0.0375);
         for (height, radius) in [(0.054, 0.009), (0.025, 0.0145)] {
@@ -44,7 +52,7 @@ pub(crate) fn spawn(
             shape(&mut speaker, cone, &black, Vec3::new(0.0, height, -0.018));
         }
     }
-    let mut mirror_ball = thing(&mut commands, "mirror ball", Vec3::new(-0.125, 0.0, 0.0));
+    let mut mirror_ball = thing(&mut commands, mirror_ball, Vec3::new(-0.125, 0.0, 0.0));
     shape(&mut mirror_ball, round(0.018, 0.005), &black, Vec3::Y * 0.0025);
     shape(&mut mirror_ball, round(0.0025, 0.085), &black, Vec3::Y * 0.0425);
     shape(&mut mirror_ball, Sphere::new(0.024).mesh().uv(48, 24), &chrome, Vec3::Y * 0.105);
@@ -54,6 +62,12 @@ pub(crate) fn spawn(
 fn thing<'a>(commands: &'a mut Commands, name: &'static str, at: Vec3) -> EntityCommands<'a> {
     let place = Transform::from_translation(at);
     commands.spawn((Name::new(name), SurfaceStyle::ImageBased, place, Visibility::default()))
+}
+
+pub(crate) fn start_as_toon(toons: Res<StartAsToon>, mut styles: Query<(&Name, &mut SurfaceStyle)>) {
+    for (_, mut style) in styles.iter_mut().filter(|(name, _)| toons.0.contains(&name.as_str())) {
+        *style = SurfaceStyle::Toon(default());
+    }
 }
 
 const NUMBER_KEYS: [KeyCode; 9] = [
