@@ -53,7 +53,12 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
         [vec![FORWARD], vec![FORWARD, TEXTURED], vec![FORWARD, TONEMAPPED], vec![FORWARD, TEXTURED, TONEMAPPED]];
     let sets = match path.file_name().and_then(|name| name.to_str()) {
         // None is ever drawn in deferred passes.
-        Some("image_based.wgsl" | "toon.wgsl" | "phantom.wgsl") => forward.to_vec(),
+        Some("image_based.wgsl" | "toon.wgsl") => forward.to_vec(),
+        Some("phantom.wgsl") => {
+            let receiving: &[&str] = &["RECEIVES_SHADOWS"];
+            let with_shadows = forward.iter().map(|set| [set.as_slice(), &[receiving]].concat());
+            forward.iter().cloned().chain(with_shadows).collect()
+        }
         Some("outline.wgsl") => {
             let without_normals = vec!["MESH_PIPELINE", "VERTEX_POSITIONS", "MORPH_TARGETS"];
             let shapes: [&[&[&str]]; 4] = [

@@ -14,6 +14,7 @@ use bevy_mirrorball::{
     debug::{MeasuringPanel, MeasuringPanelPlugin},
     prelude::*,
 };
+use std::num::NonZeroU32;
 
 const TITLE: &str = "dance stage · 1…6 and T: toon or image-based · Tab: panel · Space: hold · Esc: end";
 
@@ -24,6 +25,8 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     let window = Window {
         title: TITLE.to_owned(),
         resolution: WindowResolution::new(size.x + panel.width as u32, size.y),
+        // The room should be seen as it is now: no frames waiting for the display.
+        desired_maximum_frame_latency: NonZeroU32::new(1),
         ..default()
     };
     let mut app = App::new();

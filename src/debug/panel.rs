@@ -49,13 +49,13 @@ impl Plugin for MeasuringPanelPlugin {
 pub struct MeasuringPanel {
     /// Defaults to `true`.
     pub is_open: bool,
-    /// Width in logical pixels. Defaults to 300.
+    /// Width in logical pixels. Defaults to 340.
     pub width: f32,
 }
 
 impl Default for MeasuringPanel {
     fn default() -> Self {
-        Self { is_open: true, width: 300.0 }
+        Self { is_open: true, width: 340.0 }
     }
 }
 
@@ -69,16 +69,12 @@ const STAGES: [(&DiagnosticPath, &str); 4] = [
 
 /// The passes on the GPU, by what follows `render/mirrorball_` in their diagnostics.
 const PASSES: [(&str, &str); 5] = [
-    ("probe_unwrap", "ball → cube"),
+    ("probe_unwrap", "unwrap ball"),
     ("environment_filter", "filter"),
     ("shadows_depth", "shadow maps"),
     ("shadows_weights", "shadow weights"),
     ("camera_background", "background"),
 ];
-
-/// What egui adds around a window's contents, in logical pixels.
-const TITLE_HEIGHT: f32 = 44.0;
-const MARGIN: f32 = 24.0;
 
 type StyledEntity = (Entity, Option<&'static Name>, &'static mut SurfaceStyle);
 
@@ -108,16 +104,16 @@ fn draw_panel(
         .anchor(egui::Align2::RIGHT_TOP, egui::Vec2::ZERO)
         .resizable(false)
         .vscroll(true)
-        .fixed_size([width - MARGIN, ctx.viewport_rect().height() - TITLE_HEIGHT])
+        .fixed_size([width, ctx.viewport_rect().height()])
         .show(ctx, |ui| {
             draw_checks(ui, &checklist);
             ui.separator();
             draw_styles(ui, &mut styles);
             ui.separator();
-            egui::CollapsingHeader::new("timings").default_open(true).show(ui, |ui| draw_timings(ui, &diagnostics));
             egui::CollapsingHeader::new("environment").default_open(true).show(ui, |ui| {
                 show_image(ui, sky, UVec2::new(SKY_WIDTH, SKY_WIDTH / 2));
             });
+            egui::CollapsingHeader::new("timings").default_open(true).show(ui, |ui| draw_timings(ui, &diagnostics));
             egui::CollapsingHeader::new("camera picture").default_open(false).show(ui, |ui| match picture {
                 Some((size, picture)) => show_image(ui, picture, size),
                 None => {
@@ -161,7 +157,7 @@ fn draw_styles(ui: &mut egui::Ui, styles: &mut Query<StyledEntity>) {
             if ui.selectable_label(is_toon, "toon").clicked() && !is_toon {
                 **style = SurfaceStyle::Toon(ToonStyle::default());
             }
-            for (label, choice) in [("image-based", SurfaceStyle::ImageBased), ("engine", SurfaceStyle::Engine)] {
+            for (label, choice) in [("image-based", SurfaceStyle::ImageBased), ("Bevy", SurfaceStyle::Engine)] {
                 if ui.selectable_label(**style == choice, label).clicked() {
                     style.set_if_neq(choice);
                 }
