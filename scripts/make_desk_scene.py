@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Writes assets/desk/set.glb: the real desk of assets/desk/photo.jpg as phantoms, and assets/desk/desk.glb: the same with a
-few virtual things on it.
+"""Writes assets/desk/bare_set.glb: a real desk with marker and ball as phantoms; set.glb: the desk of assets/desk/photo.jpg, on
+which a box and a can stand too; and desk.glb: the same with a few virtual things on it.
 
 usage: scripts/make_desk_scene.py [FOLDER]
 
@@ -121,22 +121,29 @@ class Scene:
             out.write(struct.pack("<I4s", len(data), b"BIN\0") + data)
 
 
-def real_desk():
-    """What is really there: stand-ins."""
+def bare_desk():
+    """What is really there, on a desk with nothing but marker and ball: stand-ins."""
     scene = Scene()
     real = scene.material("real", (1, 1, 1), 0, 1)
     scene.node("marker", extras={"MarkerAnchor": {"id": 0, "size": 0.1}, "WorldOrigin": {}})
     scene.node("ball", at=(0.17, 0.05, 0.01), extras={"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9}})
     scene.node("dome", extras={"ShadowDomeLight": {"directions": 64}})
     scene.node("desk", box(1.6, 0.02, 1.2), real, (0, -0.01, 0), extras={"PhantomObject": {"casts": False}})
+    scene.node("real ball", sphere(0.05), real, (0.17, 0.05, 0.01), extras={"PhantomObject": {"receives": False}})
+    return scene, real
+
+
+def real_desk():
+    """The desk of the photograph and the clip, with a box and a can on it."""
+    scene, real = bare_desk()
     scene.node("real box", box(0.12, 0.06, 0.07), real, (-0.08, 0.03, 0.19), ("y", 25), {"PhantomObject": {}})
     scene.node("real can", cylinder(0.03, 0.09), real, (-0.285, 0.045, -0.1), extras={"PhantomObject": {}})
-    scene.node("real ball", sphere(0.05), real, (0.17, 0.05, 0.01), extras={"PhantomObject": {"receives": False}})
     return scene
 
 
 def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else "assets/desk"
+    bare_desk()[0].write(f"{folder}/bare_set.glb")
     real_desk().write(f"{folder}/set.glb")
     scene = real_desk()
     white = scene.material("matte white", (0.8, 0.8, 0.8), 0, 0.9)

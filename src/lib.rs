@@ -38,7 +38,12 @@
 //! ```
 //!
 //! The modules are the stages in this order; each one's documentation says what enters, what leaves, what it costs and where
-//! its limits are. A stage uses only stages above it.
+//! its limits are. A stage uses only stages above it. [`mod@debug`] reads what they leave and shows how the measuring goes.
+//!
+//! # Cargo features
+//! - `apriltag` (default): marker detection with the AprilTag C library; needs a C compiler.
+//! - `webcam`: `CameraFeed::device`; on Linux building needs libclang.
+//! - `egui`: `debug::MeasuringPanelPlugin`.
 //!
 //! # Frames of reference and units
 //! World: Bevy's, right-handed, +Y up, metres. Marker: origin at the center of the black square, +X right, +Y out of the paper,
@@ -49,7 +54,9 @@
 //! [`Exposure`](bevy::camera::Exposure). A white virtual surface beside white paper comes out as white as the paper.
 //!
 //! # Why does nothing happen?
-//! - *The picture is not shown:* read the camera's [`FeedState`](camera::FeedState); a file that cannot be read is an error in
+//! The [`Checklist`](debug::Checklist) answers it in words while the game runs, and the panel of the feature `egui` shows it.
+//!
+//! - *The picture is not shown:* read the camera's [`FeedState`](camera::FeedState); a source that cannot be read is an error in
 //!   the log.
 //! - *The camera does not move:* [`MarkerTracking::state`](tracking::MarkerTracking::state) stays `Searching` until the marker is
 //!   wholly in the picture, 40 pixels wide, sharp and with its white margin. One anchor needs [`WorldOrigin`](tracking::WorldOrigin).

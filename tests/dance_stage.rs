@@ -88,7 +88,7 @@ fn two_loops_of_the_clip_are_drawn_without_trouble_or_growing_memory() {
 
 #[test]
 fn bad_input_is_answered_with_what_to_do() {
-    let cases: [(&[&str], &[&str]); 9] = [
+    let cases: [(&[&str], &[&str]); 11] = [
         (&["--feed", "tape:1"], &["clip:DIR", "tape:1"]),
         (&["--feed", "clip:nowhere"], &["nowhere/clip.json", "sidecar"]),
         (&["--feed", "image:nowhere.jpg"], &["nowhere.jpg"]),
@@ -98,6 +98,8 @@ fn bad_input_is_answered_with_what_to_do() {
         (&["--frames", "0"], &["--frames", "above 0"]),
         (&["--size", "640"], &["WIDTHxHEIGHT", "640"]),
         (&["--scene", "nothing.glb"], &["nothing.glb"]),
+        (&["--set", "nothing.glb"], &["nothing.glb"]),
+        (&["--set", "a.glb", "--scene", "b.glb"], &["--set", "--scene"]),
     ];
     for (arguments, expected) in cases {
         let Some(output) = dance_stage(&[arguments, &["--headless"]].concat()) else { return };

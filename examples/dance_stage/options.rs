@@ -21,8 +21,10 @@ usage: dance_stage [OPTIONS]
   --intrinsics FX,FY,CX,CY the camera's focal lengths and principal point in pixels of its pictures
   --fov DEG                or its horizontal field of view, if it was never calibrated
                            (default: what the clip's sidecar says, else 60)
-  --scene FILE             a glTF scene to show instead of the dance stage; its node extras say where marker, ball and
-                           real things are (default: assets/desk/set.glb, the real desk, and the stage on it)
+  --set FILE               a glTF file whose node extras say where marker, ball and real things are; the stage stands on the
+                           marker (default: assets/desk/set.glb for the recorded desk, else assets/desk/bare_set.glb, which
+                           has nothing but marker and ball)
+  --scene FILE             the same with virtual things of its own, instead of set and stage
   --toon THING[,THING…]    what starts as toon: dancer, floor, rim, left loudspeaker, right loudspeaker, mirror ball, or all
   --headless               draw to files instead of a window; chosen by itself where there is no display
   --frames N               pictures to draw then (default 60)
@@ -51,6 +53,7 @@ enum Lens {
 pub(crate) struct Options {
     pub feed: Feed,
     lens: Option<Lens>,
+    set: Option<PathBuf>,
     pub scene: Option<PathBuf>,
     /// Names of things on the stage.
     pub toons: Vec<&'static str>,
@@ -67,6 +70,7 @@ impl Options {
         let mut options = Self {
             feed: Feed::Clip(asset("desk_clip")),
             lens: None,
+            set: None,
             scene: None,
             toons: Vec::new(),
             is_headless: false,
@@ -81,6 +85,7 @@ impl Options {
                     options.lens = Some(Lens::Intrinsics(parser.value()?.parse_with(parse_intrinsics)?));
                 }
                 Long("fov") => options.lens = Some(Lens::FieldOfView(parser.value()?.parse_with(parse_fov)?)),
+                Long("set") => options.set = Some(parser.value()?.into()),
                 Long("scene") => options.scene = Some(parser.value()?.into()),
                 Long("toon") => options.toons = parser.value()?.parse_with(parse_toons)?,
                 Long("headless") => options.is_headless = true,
@@ -91,12 +96,17 @@ impl Options {
                 other => return Err(other.unexpected()),
             }
         }
+        if options.scene.is_some() && (options.set.is_some() || !options.toons.is_empty()) {
+            return Err("--scene is shown without set and stage; leave out --set and --toon, or --scene".into());
+        }
         Ok(Some(options))
     }
 
     /// The glTF file that says where the real things are.
     pub(crate) fn scene_file(&self) -> PathBuf {
-        self.scene.clone().unwrap_or_else(|| asset("desk/set.glb"))
+        let is_recorded_desk = matches!(&self.feed, Feed::Clip(folder) if *folder == asset("desk_clip"));
+        let set = if is_recorded_desk { "desk/set.glb" } else { "desk/bare_set.glb" };
+        self.scene.as_ref().or(self.set.as_ref()).cloned().unwrap_or_else(|| asset(set))
     }
 
     /// Opens nothing yet that could take long, but finds out whether the feed can work, and how large its pictures are.
