@@ -87,6 +87,14 @@ say_what_is_needed() {
     fi
 }
 
+# Ends the script, after saying why, where there is no cargo. In the package's folder.
+require_cargo() {
+    command -v cargo >/dev/null && return 0
+    echo "cargo is missing. Install Rust from https://rustup.rs or as your system's package, version" \
+        "$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) or later, and run this again." >&2
+    exit 1
+}
+
 # Makes compiling and drawing possible, and what the arguments ask for. Fails, after saying why, if it is not.
 install_packages() {
     local as_root=() missing

@@ -12,13 +12,8 @@ here=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 package=$PWD
 
-if ! command -v cargo >/dev/null; then
-    echo "cargo is missing. Install Rust from https://rustup.rs or as your system's package, version" \
-        "$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) or later, and run this again." >&2
-    exit 1
-fi
-
 source scripts/install_packages.sh
+require_cargo
 features=egui
 for argument in "$@"; do
     case $argument in device:* | --feed=device:*) features=egui,webcam ;; esac

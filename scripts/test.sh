@@ -9,13 +9,8 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 start=$SECONDS
 
-if ! command -v cargo >/dev/null; then
-    echo "cargo is missing. Install Rust from https://rustup.rs or as your system's package, version" \
-        "$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) or later, and run this again." >&2
-    exit 1
-fi
-
 source scripts/install_packages.sh
+require_cargo
 install_packages webcam
 
 if [ -n "${VK_DRIVER_FILES:-}" ]; then

@@ -1,42 +1,15 @@
 //! The whole path: the example `composite` on the shipped desk, on bad input, and against path-traced truth.
 
+mod built_example;
 mod shared_data;
 
 use bevy::math::{Mat4, Vec3};
 use bevy_mirrorball::camera::FramePixels;
-use std::{
-    path::{Path, PathBuf},
-    process::{Command, Output},
-};
+use built_example::scratch;
+use std::path::Path;
 
 const DESK: [&str; 6] =
     ["--frame", "assets/desk/photo.jpg", "--intrinsics", "601.83,601.83,320,240", "--scene", "assets/desk/desk.glb"];
-
-/// The example as cargo built it beside the tests; `None` with a printed reason if it was not built.
-fn composite(arguments: &[&str]) -> Option<Output> {
-    let tests = std::env::current_exe().expect("a test knows where it is");
-    let program = tests.ancestors().nth(2).expect("tests lie in target/PROFILE/deps").join("examples/composite");
-    if !program.exists() {
-        println!("skipped: {} is not built; run all tests or `cargo build --example composite`", program.display());
-        assert!(std::env::var_os("MIRRORBALL_REQUIRE_GPU").is_none(), "MIRRORBALL_REQUIRE_GPU forbids skipping");
-        return None;
-    }
-    let output = Command::new(program)
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("the example starts");
-    let said = String::from_utf8_lossy(&output.stderr);
-    if said.contains("no graphics adapter") && std::env::var_os("MIRRORBALL_REQUIRE_GPU").is_none() {
-        println!("skipped: {said}");
-        return None;
-    }
-    Some(output)
-}
-
-fn scratch(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
-}
 
 fn text(path: &Path) -> &str {
     path.to_str().expect("the target folder has a printable name")
@@ -46,7 +19,7 @@ fn text(path: &Path) -> &str {
 fn the_shipped_desk_gets_its_virtual_things_and_keeps_the_rest() {
     let [out, report, environment] = ["desk.png", "desk.json", "desk.hdr"].map(scratch);
     let files = ["--out", text(&out), "--report", text(&report), "--dump-environment", text(&environment)];
-    let Some(output) = composite(&[&DESK[..], &files].concat()) else { return };
+    let Some(output) = built_example::run("composite", &[&DESK[..], &files].concat()) else { return };
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 
     let photo = FramePixels::open("assets/desk/photo.jpg").expect("shipped");
@@ -102,7 +75,7 @@ fn bad_input_ends_with_a_message_that_says_what_to_do() {
     ];
     for (frame, intrinsics, scene, expected) in cases {
         let arguments = ["--frame", frame, "--intrinsics", intrinsics, "--scene", scene, "--out", text(&out)];
-        let Some(output) = composite(&arguments) else { return };
+        let Some(output) = built_example::run("composite", &arguments) else { return };
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success(), "{arguments:?} was accepted");
         for word in expected {
@@ -161,7 +134,7 @@ fn composites_come_close_to_the_picture_with_the_objects_really_there() {
         let k = ["fx", "fy", "cx", "cy"].map(|key| k["intrinsics"][key].to_string()).join(",");
         let (frame, scene, out) = (file("_frame.png"), folder.join("desk.glb"), scratch(&format!("{room}.png")));
         let arguments = ["--frame", text(&frame), "--intrinsics", &k, "--scene", text(&scene), "--out", text(&out)];
-        let Some(output) = composite(&arguments) else { return };
+        let Some(output) = built_example::run("composite", &arguments) else { return };
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 
         let mask = FramePixels::open(file("_mask.png")).expect("mask");

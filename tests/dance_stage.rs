@@ -1,13 +1,12 @@
 //! The example `dance_stage` without a window: two loops of the shipped clip, and what it says of bad input.
 #![cfg(feature = "egui")]
 
+mod built_example;
+
 use bevy::math::UVec2;
 use bevy_mirrorball::camera::FramePixels;
+use built_example::scratch;
 use serde_json::Value;
-use std::{
-    path::{Path, PathBuf},
-    process::{Command, Output},
-};
 
 /// Pictures in the shipped clip.
 const CLIP: usize = 60;
@@ -18,35 +17,6 @@ const MEMORY_MIB: f64 = 8.0;
 /// Parts of messages that a user would take for trouble.
 const TROUBLE: [&str; 4] = ["WARN", "ERROR", "panicked", "alidation"];
 
-/// The example as cargo built it beside the tests; `None` with a printed reason if it was not built.
-fn dance_stage(arguments: &[&str]) -> Option<Output> {
-    let tests = std::env::current_exe().expect("a test knows where it is");
-    let program = tests.ancestors().nth(2).expect("tests lie in target/PROFILE/deps").join("examples/dance_stage");
-    if !program.exists() {
-        println!("skipped: {} is not built; run all tests or build the example", program.display());
-        assert!(std::env::var_os("MIRRORBALL_REQUIRE_GPU").is_none(), "MIRRORBALL_REQUIRE_GPU forbids skipping");
-        return None;
-    }
-    let output = Command::new(program)
-        .args(arguments)
-        // As on a server; the program has to notice it.
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .env("CARGO_MANIFEST_DIR", env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("the example starts");
-    let said = String::from_utf8_lossy(&output.stderr);
-    if said.contains("no graphics adapter") && std::env::var_os("MIRRORBALL_REQUIRE_GPU").is_none() {
-        println!("skipped: {said}");
-        return None;
-    }
-    Some(output)
-}
-
-fn scratch(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
-}
-
 #[cfg(target_os = "linux")]
 #[test]
 fn two_loops_of_the_clip_are_drawn_without_trouble_or_growing_memory() {
@@ -54,7 +24,10 @@ fn two_loops_of_the_clip_are_drawn_without_trouble_or_growing_memory() {
     let _ = std::fs::remove_dir_all(&out);
     let (frames, size) = ((2 * CLIP).to_string(), format!("{}x{}", SIZE.x, SIZE.y));
     let folder = out.to_str().expect("the target folder has a printable name");
-    let Some(output) = dance_stage(&["--frames", &frames, "--size", &size, "--out", folder]) else { return };
+    let Some(output) = built_example::run("dance_stage", &["--frames", &frames, "--size", &size, "--out", folder])
+    else {
+        return;
+    };
     let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{said}");
     assert!(said.contains("no display"), "the change to files has to be said: {said}");
@@ -102,7 +75,7 @@ fn bad_input_is_answered_with_what_to_do() {
         (&["--set", "a.glb", "--scene", "b.glb"], &["--set", "--scene"]),
     ];
     for (arguments, expected) in cases {
-        let Some(output) = dance_stage(&[arguments, &["--headless"]].concat()) else { return };
+        let Some(output) = built_example::run("dance_stage", &[arguments, &["--headless"]].concat()) else { return };
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success(), "{arguments:?}");
         assert!(expected.iter().all(|part| said.contains(part)), "{arguments:?}: {said}");
