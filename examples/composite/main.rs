@@ -234,15 +234,5 @@ fn dump_environment(app: &mut App, environment: &CubePixels, path: &Path) -> Out
         .iter(world)
         .next()
         .map_or(Quat::IDENTITY, GlobalTransform::rotation);
-    let pixels: Vec<image::Rgb<f32>> = environment
-        .to_equirect(ENVIRONMENT_WIDTH, world_from_marker)
-        .into_iter()
-        .map(|radiance| image::Rgb(radiance.to_array()))
-        .collect();
-    let fail = |error: &dyn std::fmt::Display| format!("cannot write {}: {error}", path.display());
-    let file = std::fs::File::create(path).map_err(|error| fail(&error))?;
-    image::codecs::hdr::HdrEncoder::new(std::io::BufWriter::new(file))
-        .encode(&pixels, ENVIRONMENT_WIDTH as usize, ENVIRONMENT_WIDTH as usize / 2)
-        .map_err(|error| fail(&error))?;
-    Ok(())
+    Ok(environment.to_equirect(ENVIRONMENT_WIDTH, world_from_marker).save(path)?)
 }

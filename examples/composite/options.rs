@@ -15,7 +15,7 @@ usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --
   --scene FILE              glTF scene whose node extras name MarkerAnchor, LightProbeSphere, PhantomObject ...
   --out FILE                where the picture goes (PNG), same size as the photograph
   --report FILE             write pose, ball, gains and times as JSON
-  --dump-environment FILE   write what lights the scene as an equirectangular Radiance picture (.hdr)
+  --dump-environment FILE   write what lights the scene as an equirectangular picture (.hdr or .exr)
   --no-shadows              no dome shadows
   --uniform-sky             light the scene by a uniform white sky instead of the room, for comparison
   --no-recovery             take clipped lights for white instead of recovering their energy from the marker's paper

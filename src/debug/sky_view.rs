@@ -62,6 +62,7 @@ fn show_cube(
     };
     let pixels = cube
         .to_equirect(SKY_WIDTH, Quat::IDENTITY)
+        .texels
         .into_iter()
         .flat_map(|radiance| Srgba::from(LinearRgba::from_vec3(radiance.min(Vec3::ONE))).to_u8_array());
     image.data = Some(pixels.collect());

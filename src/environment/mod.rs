@@ -5,12 +5,30 @@
 //!
 //! The diffuse map is the cosine-weighted sum of all light, the glossy one GGX by perceptual roughness with filtered
 //! importance sampling (Křivánek & Colbert 2008), both free of noise. They are made anew every frame.
+//!
+//! # Files
+//! Radiance and OpenEXR files become light, and measured light becomes a file:
+//!
+//! ```no_run
+//! # use bevy::prelude::*;
+//! # use bevy_mirrorball::{environment::{CubePixels, EnvironmentFileError, EquirectPixels}, prelude::*};
+//! # fn example(camera: Entity, mut commands: Commands, mut images: ResMut<Assets<Image>>, measured: CubePixels)
+//! # -> Result<(), EnvironmentFileError> {
+//! let cube = EquirectPixels::open("studio.hdr")?.to_cube(128, Quat::IDENTITY);
+//! commands.entity(camera).insert(LiveEnvironment { source: images.add(cube.to_image()) });
+//!
+//! measured.to_equirect(1024, Quat::IDENTITY).save("my_desk.exr")?;
+//! # Ok(())
+//! # }
+//! ```
 
 mod equirect;
+mod files;
 mod filter_pass;
 mod maps;
 
-pub use equirect::{CubePixels, equirect_direction};
+pub use equirect::{CubePixels, EquirectPixels, equirect_direction, equirect_position};
+pub use files::EnvironmentFileError;
 pub use maps::FilteredEnvironment;
 
 use crate::{MirrorballSystems, camera::ArCamera, probe::EnvironmentCube};
