@@ -73,8 +73,8 @@ impl EquirectPixels {
         if size.x != 2 * size.y || size.y == 0 {
             return Err(EnvironmentFileError::Shape { path: path.to_owned(), size });
         }
-        // `max` and `min` prefer the number over what is none.
-        let texels = texels.into_iter().map(|texel| texel.map(|value| value.max(0.0).min(f32::MAX))).collect();
+        let clean = |value: f32| if value.is_nan() { 0.0 } else { value.clamp(0.0, f32::MAX) };
+        let texels = texels.into_iter().map(|texel| texel.map(clean)).collect();
         Ok(Self { size, texels })
     }
 
