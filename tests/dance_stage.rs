@@ -14,7 +14,7 @@ const CLIP: usize = 60;
 const SIZE: UVec2 = UVec2::new(96, 72);
 /// Memory that the second loop may need beyond the first, in MiB, in small steps from picture to picture: what leaks does so
 /// every time.
-const CREEP_MIB: f64 = 8.0;
+const CREEP_MIB: f64 = 16.0;
 /// Larger steps are buffers of software Vulkan that come and go within a frame, and are seen or not as the machine is busy.
 const DRIVER_STEP_MIB: f64 = 5.0;
 /// All together; several of those buffers.
