@@ -75,7 +75,7 @@ fn lit_app(source: Image) -> Option<(App, Entity, Handle<Image>)> {
         Tonemapping::None,
         DebandDither::Disabled,
         AmbientLight { brightness: 0.0, ..default() },
-        LiveEnvironment { source },
+        LiveEnvironment::new(source),
         target,
     );
     let camera = app.world_mut().spawn(camera).id();
@@ -197,7 +197,7 @@ fn what_is_no_cube_is_refused_and_a_cube_given_later_is_taken() {
     let later = [cube(24, |_| DVec3::ONE), cube(32, |_| DVec3::splat(3.0)), cube(16, |_| DVec3::splat(0.25))];
     for (source, expected) in later.into_iter().zip([None, Some(3.0), Some(0.25)]) {
         let source = app.world_mut().resource_mut::<Assets<Image>>().add(source);
-        app.world_mut().entity_mut(camera).insert(LiveEnvironment { source });
+        app.world_mut().entity_mut(camera).insert(LiveEnvironment::new(source));
         app.update();
         app.update();
         assert_eq!(is_lit(&app), expected.is_some(), "expected {expected:?}");
@@ -206,7 +206,7 @@ fn what_is_no_cube_is_refused_and_a_cube_given_later_is_taken() {
             assert!(worst_error(&diffuse, |_| DVec3::splat(expected)) <= FURNACE_TOLERANCE);
         }
     }
-    app.world_mut().entity_mut(camera).insert(LiveEnvironment { source: Handle::default() });
+    app.world_mut().entity_mut(camera).insert(LiveEnvironment::new(Handle::default()));
     app.update();
     assert!(!is_lit(&app), "no image");
 }
