@@ -23,11 +23,13 @@ use bevy::{
         render_asset::RenderAssets,
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer, BufferDescriptor,
-            BufferUsages, CachedComputePipelineId, CommandEncoder, ComputePassDescriptor, ComputePipelineDescriptor, Extent3d, PipelineCache,
-            SamplerBindingType, ShaderStages, ShaderType, StorageTextureAccess, TexelCopyTextureInfo, Texture, TextureFormat,
-            TextureSampleType, TextureView, TextureViewDescriptor, TextureViewDimension, TextureViewId, UniformBuffer,
+            BufferUsages, CachedComputePipelineId, CommandEncoder, ComputePassDescriptor, ComputePipelineDescriptor,
+            Extent3d, PipelineCache, SamplerBindingType, ShaderStages, ShaderType, StorageTextureAccess,
+            TexelCopyTextureInfo, Texture, TextureFormat, TextureSampleType, TextureView, TextureViewDescriptor,
+            TextureViewDimension, TextureViewId, UniformBuffer,
             binding_types::{
-                sampler, storage_buffer_sized, texture_2d, texture_2d_array, texture_cube, texture_storage_2d_array, uniform_buffer,
+                sampler, storage_buffer_sized, texture_2d, texture_2d_array, texture_cube, texture_storage_2d_array,
+                uniform_buffer,
             },
         },
         renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},

@@ -29,7 +29,8 @@ pub(super) fn taps(alpha: f64, rings: usize, per_ring: usize, source_edge: u32, 
         }
         let d = cos_half_squared * (alpha * alpha - 1.0) + 1.0;
         let density = alpha * alpha / (PI * d * d) / 4.0;
-        let level = 0.5 * (1.0 / (count * density) / mean_texel_angle(f64::from(source_edge))).log2() - 1.0 + level_bias;
+        let level =
+            0.5 * (1.0 / (count * density) / mean_texel_angle(f64::from(source_edge))).log2() - 1.0 + level_bias;
         taps.push(dir.as_vec3().extend(level as f32));
     }
     taps

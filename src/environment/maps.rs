@@ -49,9 +49,8 @@ impl FilteredEnvironment {
             image.texture_descriptor.usage |= TextureUsages::COPY_DST;
             images.add(image)
         };
-        let mut result = |diffuse, glossy| {
-            [cube(diffuse, DIFFUSE_EDGE, 1), cube(glossy, glossy_edge, levels(glossy_edge))]
-        };
+        let mut result =
+            |diffuse, glossy| [cube(diffuse, DIFFUSE_EDGE, 1), cube(glossy, glossy_edge, levels(glossy_edge))];
         let [diffuse, glossy] = result("mirrorball_environment_diffuse", "mirrorball_environment_glossy");
         let draft = matches!(refresh, Refresh::Budget { .. })
             .then(|| result("mirrorball_environment_diffuse_draft", "mirrorball_environment_glossy_draft"));

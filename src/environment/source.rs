@@ -33,7 +33,9 @@ impl SourceShape {
             ));
         }
         if !texture.usage.contains(TextureUsages::TEXTURE_BINDING) {
-            return Err("LiveEnvironment.source cannot be read by shaders; add TextureUsages::TEXTURE_BINDING".to_owned());
+            return Err(
+                "LiveEnvironment.source cannot be read by shaders; add TextureUsages::TEXTURE_BINDING".to_owned()
+            );
         }
         let shape = match layers {
             6 if width == height && width > 0 => Self::Cube(width),
