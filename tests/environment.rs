@@ -42,7 +42,7 @@ fn cube(edge: usize, radiance: impl Fn(DVec3) -> DVec3) -> Image {
 /// An app with one plain camera under an environment, and the picture it renders into.
 fn lit_app(source: Image) -> Option<(App, Entity, Handle<Image>)> {
     let mut app = gpu::app(|app| {
-        app.add_plugins((bevy::log::LogPlugin::default(), EnvironmentPlugin));
+        app.add_plugins(EnvironmentPlugin);
     })?;
     let source = app.world_mut().resource_mut::<Assets<Image>>().add(source);
     let (picture, target) = offscreen::add_target(&mut app, UVec2::new(96, 64));

@@ -194,7 +194,7 @@ const READER: &str = "
 @group(0) @binding(4) var<storage, read_write> values: array<vec4f>;
 
 @compute @workgroup_size(64)
-fn read(@builtin(global_invocation_id) id: vec3u) {
+fn read_maps(@builtin(global_invocation_id) id: vec3u) {
     let i = id.x;
     if i >= arrayLength(&directions) {
         return;
@@ -238,7 +238,7 @@ pub(crate) fn read(app: &mut App, diffuse: &Handle<Image>, glossy: &Handle<Image
         label: None,
         layout: None,
         module: &shader,
-        entry_point: Some("read"),
+        entry_point: Some("read_maps"),
         compilation_options: default(),
         cache: None,
     });
