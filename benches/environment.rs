@@ -139,7 +139,10 @@ fn compare(name: &str, size: usize, radiance: Radiance, options: &Options, csv: 
     for k in 0..ours.len() {
         let mip = k.checked_sub(1).map_or("diffuse".to_owned(), |k| ROUGHNESSES[k].to_string());
         let errors = [relative_rmse(&ours[k], &truth.ours[k]), relative_rmse(&bevy[k], &truth.bevy[k])];
-        let seams = [seam(&ours[k]) / seam(&truth.ours[k]), seam(&bevy[k]) / seam(&truth.bevy[k])];
+        // A map without steps has no ratio of them.
+        let seam_ratio =
+            |got: &[DVec3], truth: &[DVec3]| if seam(truth) > 1e-6 { seam(got) / seam(truth) } else { 1.0 + seam(got) };
+        let seams = [seam_ratio(&ours[k], &truth.ours[k]), seam_ratio(&bevy[k], &truth.bevy[k])];
         let peaks = [brightest(&ours[k]) / brightest(&truth.ours[k]), brightest(&bevy[k]) / brightest(&truth.bevy[k])];
         println!(
             "{name} {mip}: RMSE {:.3} % (Bevy {:.3} %), seam {:.3} ({:.3}), peak {:.3} ({:.3})",

@@ -36,19 +36,19 @@ fn reduce(@builtin(global_invocation_id) id: vec3u) {
 struct Convolve {
     /// GGX's alpha, the square of the perceptual roughness.
     alpha: f32,
-    /// 1 ÷ integral of the lobe over the hemisphere (block sums), or ÷ sum of the taps' weights (taps).
-    scale: f32,
     /// Taps in use.
     tap_count: u32,
     /// The coarsest level of the pyramid; its level 0 has half the source's edge length.
     coarsest_level: f32,
-    /// Direction relative to the normal (z), which is also the weight, and level of the pyramid.
+    /// Direction relative to the normal (z), and level of the pyramid.
     taps: array<vec4f, 48>,
+    /// Shares of the taps, four by four.
+    weights: array<vec4f, 12>,
 }
 
 /// Part of the sphere, as light from one direction.
 struct Block {
-    /// Radiance × solid angle; w unused.
+    /// Radiance × solid angle; w: the solid angle.
     light: vec4f,
     /// Mean direction weighted by luminance, shorter than 1 where the light is spread; w: half the width of that spread.
     centroid: vec4f,
@@ -130,7 +130,7 @@ fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
     let centroid = select(plain / angle_sum, moment / max(weight_sum, 1e-20), weight_sum > 1e-20);
     // Evenly spread over ±w along each of two axes, unit vectors have a mean of squared length 1 − 2w²/3.
     let spread = sqrt(max(1.5 * (1.0 - dot(centroid, centroid)), 1e-12));
-    blocks[(id.z * BLOCK_EDGE + id.y) * BLOCK_EDGE + id.x] = Block(vec4f(light, 0.0), vec4f(centroid, spread));
+    blocks[(id.z * BLOCK_EDGE + id.y) * BLOCK_EDGE + id.x] = Block(vec4f(light, solid_angle(id.xy, BLOCK_EDGE)), vec4f(centroid, spread));
 }
 
 /// Mean of the absolute cosine over a block: one on the horizon is partly above and partly below.
@@ -190,16 +190,16 @@ fn glossy_taps(@builtin(global_invocation_id) id: vec3u) {
     let normal = face_direction(id.z, position);
     let tangent = normalize(cross(normal, select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.y) < 0.7)));
     let bitangent = cross(normal, tangent);
-    // Texels are smaller towards the corners of a face: 2 ÷ edge squared times this, where π ÷ 6 is the mean.
+    // Texels are smaller towards the corners of a face: (2 ÷ edge)² times this, where π ÷ 6 is the mean.
     let correction = -0.5 * log2(relative_angle(position) * (6.0 / PI));
     var sum = vec3f(0.0);
     for (var i = 0u; i < convolve.tap_count; i++) {
         let tap = convolve.taps[i];
         let dir = tangent * tap.x + bitangent * tap.y + normal * tap.z;
         let level = clamp(tap.w + correction, 0.0, convolve.coarsest_level);
-        sum += textureSampleLevel(pyramid, cube_sampler, dir, level).rgb * tap.z;
+        sum += textureSampleLevel(pyramid, cube_sampler, dir, level).rgb * convolve.weights[i / 4u][i % 4u];
     }
-    textureStore(output, id.xy, id.z, vec4f(sum * convolve.scale, 1.0));
+    textureStore(output, id.xy, id.z, vec4f(sum, 1.0));
 }
 
 /// As `glossy_taps`, for lobes much wider than a block: the whole sum. For normal = view, GGX depends on the cosine to the light
@@ -212,14 +212,14 @@ fn glossy_sum(@builtin(global_invocation_id) id: vec3u) {
     }
     let normal = face_direction(id.z, face_position(id.xy, edge));
     let slope = 0.5 * (convolve.alpha * convolve.alpha - 1.0);
-    var sum = vec3f(0.0);
+    var sum = vec4f(0.0);
     for (var i = 0u; i < 6u * BLOCK_EDGE * BLOCK_EDGE; i++) {
         let centroid = blocks[i].centroid;
         let cosine = dot(normal, centroid.xyz);
         let d = slope * (1.0 + cosine) + 1.0;
-        sum += blocks[i].light.rgb * ((cosine + mean_absolute_cosine(cosine, centroid.w)) / (d * d));
+        sum += blocks[i].light * ((cosine + mean_absolute_cosine(cosine, centroid.w)) / (d * d));
     }
-    textureStore(output, id.xy, id.z, vec4f(max(sum, vec3f(0.0)) * (0.5 * convolve.scale), 1.0));
+    textureStore(output, id.xy, id.z, vec4f(max(sum.rgb, vec3f(0.0)) / sum.w, 1.0));
 }
 
 // --- resample: other sources → cube of a power of two ----------------------------------------------------------------
