@@ -6,6 +6,7 @@
 use bevy::{
     app::AppExit,
     asset::RenderAssetUsages,
+    core_pipeline::tonemapping::Tonemapping,
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
@@ -81,6 +82,8 @@ fn camera(world: &World) -> impl Bundle + use<> {
     let sky = world.resource::<Sky>().picture.clone();
     (
         Camera3d::default(),
+        // The default needs a table that Bevy has only with one more feature.
+        Tonemapping::AcesFitted,
         Transform::from_xyz(0.0, 1.4, 6.5).looking_at(Vec3::new(0.0, 0.1, 0.0), Vec3::Y),
         AmbientLight { brightness: 0.0, ..default() },
         LiveEnvironment::new(sky).with_refresh(Refresh::OnChange),
