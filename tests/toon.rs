@@ -124,7 +124,7 @@ impl Studio {
         // The cosine sum of a constant is itself, that of a cosine two thirds of it.
         let radiance = |d: Vec3| 0.5 * (dark + bright) + 0.75 * (bright - dark) * d.dot(dir);
         let source = self.app.world_mut().resource_mut::<Assets<Image>>().add(cube(radiance));
-        self.app.world_mut().entity_mut(self.camera).insert(LiveEnvironment { source });
+        self.app.world_mut().entity_mut(self.camera).insert(LiveEnvironment::new(source));
     }
 
     fn set_style(&mut self, style: SurfaceStyle) {

@@ -2,6 +2,8 @@
 // reference is in tests/environment.rs.
 
 const PI: f32 = 3.14159265358979;
+/// Largest 16-bit float.
+const MAX_HALF: f32 = 65504.0;
 
 // --- reduce: one level of the pyramid from the level above it -------------------------------------------------------
 
@@ -21,7 +23,7 @@ fn reduce(@builtin(global_invocation_id) id: vec3u) {
     var weight_sum = 0.0;
     for (var i = 0u; i < step * step; i++) {
         let texel = id.xy * step + vec2u(i % step, i / step);
-        let weight = solid_angle(texel, finer_edge);
+        let weight = relative_angle(face_position(texel, finer_edge));
         sum += textureLoad(finer, texel, id.z, 0).rgb * weight;
         weight_sum += weight;
     }
@@ -32,25 +34,26 @@ fn reduce(@builtin(global_invocation_id) id: vec3u) {
 
 /// Mirror of `ConvolveUniform` in filter_pass.rs.
 struct Convolve {
-    /// Perceptual roughness of the level that is written.
-    roughness: f32,
-    /// Lookups per texel.
-    samples: u32,
-    /// Edge length of the source in texels.
-    source_edge: f32,
-    /// Level of the pyramid that has half the source's edge length is 0; the coarsest one.
+    /// GGX's alpha, the square of the perceptual roughness.
+    alpha: f32,
+    /// Taps in use.
+    tap_count: u32,
+    /// The coarsest level of the pyramid; its level 0 has half the source's edge length.
     coarsest_level: f32,
+    /// Direction relative to the normal (z), and level of the pyramid.
+    taps: array<vec4f, 48>,
+    /// Shares of the taps, four by four.
+    weights: array<vec4f, 12>,
 }
 
 /// Part of the sphere, as light from one direction.
 struct Block {
-    /// Radiance × solid angle, and unused.
+    /// Radiance × solid angle; w: the solid angle.
     light: vec4f,
     /// Mean direction weighted by luminance, shorter than 1 where the light is spread; w: half the width of that spread.
     centroid: vec4f,
 }
 
-@group(0) @binding(2) var source: texture_cube<f32>;
 @group(0) @binding(3) var pyramid: texture_cube<f32>;
 @group(0) @binding(4) var cube_sampler: sampler;
 @group(0) @binding(5) var output: texture_storage_2d_array<rgba16float, write>;
@@ -75,6 +78,12 @@ fn face_direction(face: u32, p: vec2f) -> vec3f {
 
 fn face_position(texel: vec2u, edge: u32) -> vec2f {
     return (2.0 * vec2f(texel) + 1.0) / f32(edge) - 1.0;
+}
+
+/// Solid angle per area at a position −1…1 on a face.
+fn relative_angle(p: vec2f) -> f32 {
+    let inverse = inverseSqrt(1.0 + dot(p, p));
+    return inverse * inverse * inverse;
 }
 
 /// Antiderivative of the solid angle of a rectangle on the face plane z = 1 with a corner on the axis.
@@ -102,89 +111,169 @@ fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
     var light = vec3f(0.0);
     var moment = vec3f(0.0);
     var plain = vec3f(0.0);
+    var angle_sum = 0.0;
     var weight_sum = 0.0;
     for (var i = 0u; i < step * step; i++) {
         let texel = min(id.xy * step + vec2u(i % step, i / step), vec2u(edge - 1u));
         let radiance = textureLoad(source_texels, texel, id.z, 0).rgb;
-        let dir = face_direction(id.z, face_position(texel, edge));
-        let angle = solid_angle(texel, edge);
+        let position = face_position(texel, edge);
+        let dir = face_direction(id.z, position);
+        let angle = relative_angle(position);
         let luminance = dot(radiance, vec3f(0.2126, 0.7152, 0.0722)) * angle;
         light += radiance * angle;
         moment += dir * luminance;
         plain += dir * angle;
+        angle_sum += angle;
         weight_sum += luminance;
     }
-    let centroid = select(normalize(plain), moment / max(weight_sum, 1e-20), weight_sum > 1e-20);
+    light *= solid_angle(id.xy, BLOCK_EDGE) / angle_sum;
+    let centroid = select(plain / angle_sum, moment / max(weight_sum, 1e-20), weight_sum > 1e-20);
     // Evenly spread over ±w along each of two axes, unit vectors have a mean of squared length 1 − 2w²/3.
-    let spread = sqrt(max(1.5 * (1.0 - dot(centroid, centroid)), 0.0));
-    blocks[(id.z * BLOCK_EDGE + id.y) * BLOCK_EDGE + id.x] = Block(vec4f(light, 0.0), vec4f(centroid, spread));
+    let spread = sqrt(max(1.5 * (1.0 - dot(centroid, centroid)), 1e-12));
+    blocks[(id.z * BLOCK_EDGE + id.y) * BLOCK_EDGE + id.x] = Block(vec4f(light, solid_angle(id.xy, BLOCK_EDGE)), vec4f(centroid, spread));
 }
 
-/// Mean of the positive part of the cosine over a block: a block on the horizon lights with the part of it that has risen.
-fn mean_cosine(normal: vec3f, block: Block) -> f32 {
-    let cosine = dot(normal, block.centroid.xyz);
-    let spread = block.centroid.w;
-    let risen = cosine + spread;
-    return select(max(cosine, 0.0), risen * risen / (4.0 * spread), abs(cosine) < spread);
+/// Mean of the absolute cosine over a block: one on the horizon is partly above and partly below.
+fn mean_absolute_cosine(cosine: f32, spread: f32) -> f32 {
+    let inside = min(abs(cosine), spread);
+    return max(abs(cosine), spread) - 0.5 * (spread - inside * inside / spread);
 }
 
-/// Irradiance ÷ π for each direction of the output: the cosine-weighted sum of all blocks.
+/// The texel in the opposite direction, on the face after this one.
+fn antipode(texel: vec2u, face: u32, edge: u32) -> vec2u {
+    return select(vec2u(texel.x, edge - 1u - texel.y), vec2u(edge - 1u - texel.x, texel.y), face == 2u);
+}
+
+/// Irradiance ÷ π for each direction of the output: the cosine-weighted sum of all blocks. The positive part of a cosine is
+/// half the cosine and half its absolute value, so that two opposite directions share one sum. One thread per pair.
 @compute @workgroup_size(8, 8, 1)
 fn diffuse(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(output).x;
     if any(id.xy >= vec2u(edge)) {
         return;
     }
-    let normal = face_direction(id.z, face_position(id.xy, edge));
-    var sum = vec3f(0.0);
+    let face = id.z * 2u;
+    let normal = face_direction(face, face_position(id.xy, edge));
+    var odd = vec3f(0.0);
+    var even = vec3f(0.0);
     for (var i = 0u; i < 6u * BLOCK_EDGE * BLOCK_EDGE; i++) {
-        sum += blocks[i].light.rgb * mean_cosine(normal, blocks[i]);
+        let light = blocks[i].light.rgb;
+        let centroid = blocks[i].centroid;
+        let cosine = dot(normal, centroid.xyz);
+        odd += light * cosine;
+        even += light * mean_absolute_cosine(cosine, centroid.w);
     }
-    textureStore(output, id.xy, id.z, vec4f(sum / PI, 1.0));
+    textureStore(output, id.xy, face, vec4f(max(even + odd, vec3f(0.0)) * (0.5 / PI), 1.0));
+    textureStore(output, antipode(id.xy, face, edge), face + 1u, vec4f(max(even - odd, vec3f(0.0)) * (0.5 / PI), 1.0));
 }
 
-/// Point i of n of the Hammersley set.
-fn hammersley(i: u32, n: u32) -> vec2f {
-    return vec2f((f32(i) + 0.5) / f32(n), f32(reverseBits(i)) * 2.3283064365386963e-10);
-}
-
-/// Radiance seen in a GGX surface from straight above (normal = view): importance samples of the distribution of normals,
-/// each looked up where a pyramid texel covers the solid angle the sample stands for (Křivánek & Colbert 2008).
+/// Roughness 0: the source itself.
 @compute @workgroup_size(8, 8, 1)
-fn glossy(@builtin(global_invocation_id) id: vec3u) {
+fn sharpest(@builtin(global_invocation_id) id: vec3u) {
+    let edge = textureDimensions(output).x;
+    if any(id.xy >= vec2u(edge)) {
+        return;
+    }
+    // Through the same-sized levels of source or pyramid: texel by texel.
+    textureStore(output, id.xy, id.z, vec4f(textureLoad(source_texels, id.xy, id.z, 0).rgb, 1.0));
+}
+
+/// Radiance seen in a smooth GGX surface from straight above (normal = view): rings of taps that each stand for the same
+/// share of the lobe, looked up where a pyramid texel covers their solid angle (after Křivánek & Colbert 2008).
+@compute @workgroup_size(8, 8, 1)
+fn glossy_taps(@builtin(global_invocation_id) id: vec3u) {
+    let edge = textureDimensions(output).x;
+    if any(id.xy >= vec2u(edge)) {
+        return;
+    }
+    let position = face_position(id.xy, edge);
+    let normal = face_direction(id.z, position);
+    let tangent = normalize(cross(normal, select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.y) < 0.7)));
+    let bitangent = cross(normal, tangent);
+    // Texels are smaller towards the corners of a face: (2 ÷ edge)² times this, where π ÷ 6 is the mean.
+    let correction = -0.5 * log2(relative_angle(position) * (6.0 / PI));
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < convolve.tap_count; i++) {
+        let tap = convolve.taps[i];
+        let dir = tangent * tap.x + bitangent * tap.y + normal * tap.z;
+        let level = clamp(tap.w + correction, 0.0, convolve.coarsest_level);
+        sum += textureSampleLevel(pyramid, cube_sampler, dir, level).rgb * convolve.weights[i / 4u][i % 4u];
+    }
+    textureStore(output, id.xy, id.z, vec4f(sum, 1.0));
+}
+
+/// As `glossy_taps`, for lobes much wider than a block: the whole sum. For normal = view, GGX depends on the cosine to the light
+/// alone, since the half vector bisects the angle.
+@compute @workgroup_size(8, 8, 1)
+fn glossy_sum(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(output).x;
     if any(id.xy >= vec2u(edge)) {
         return;
     }
     let normal = face_direction(id.z, face_position(id.xy, edge));
-    if convolve.roughness == 0.0 {
-        textureStore(output, id.xy, id.z, vec4f(textureSampleLevel(source, cube_sampler, normal, 0.0).rgb, 1.0));
+    let slope = 0.5 * (convolve.alpha * convolve.alpha - 1.0);
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < 6u * BLOCK_EDGE * BLOCK_EDGE; i++) {
+        let centroid = blocks[i].centroid;
+        let cosine = dot(normal, centroid.xyz);
+        let d = slope * (1.0 + cosine) + 1.0;
+        sum += blocks[i].light * ((cosine + mean_absolute_cosine(cosine, centroid.w)) / (d * d));
+    }
+    textureStore(output, id.xy, id.z, vec4f(max(sum.rgb, vec3f(0.0)) / sum.w, 1.0));
+}
+
+// --- resample: other sources → cube of a power of two ----------------------------------------------------------------
+
+@group(0) @binding(9) var equirect: texture_2d<f32>;
+@group(0) @binding(10) var any_cube: texture_cube<f32>;
+@group(0) @binding(11) var source_sampler: sampler;
+
+/// Lookups along each side of a texel of the new cube.
+const SUBSAMPLES: u32 = 4u;
+
+fn subsample(texel: vec2u, edge: u32, i: u32) -> vec2f {
+    let sub = vec2u(i % SUBSAMPLES, i / SUBSAMPLES);
+    return face_position(texel * SUBSAMPLES + sub, edge * SUBSAMPLES);
+}
+
+/// An equirectangular picture laid out as in equirect.rs: bilinear lookups that wrap around and stop at the poles.
+@compute @workgroup_size(8, 8, 1)
+fn resample_equirect(@builtin(global_invocation_id) id: vec3u) {
+    let edge = textureDimensions(coarser).x;
+    if any(id.xy >= vec2u(edge)) {
         return;
     }
-    let alpha = convolve.roughness * convolve.roughness;
-    let tangent = normalize(cross(normal, select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.y) < 0.7)));
-    let bitangent = cross(normal, tangent);
-    let texel_angle = 4.0 * PI / (6.0 * convolve.source_edge * convolve.source_edge);
+    let size = vec2i(textureDimensions(equirect));
     var sum = vec3f(0.0);
-    var weight_sum = 0.0;
-    for (var i = 0u; i < convolve.samples; i++) {
-        let u = hammersley(i, convolve.samples);
-        let cos_half_squared = (1.0 - u.x) / (1.0 + (alpha * alpha - 1.0) * u.x);
-        let cos_half = sqrt(cos_half_squared);
-        let sin_half = sqrt(max(1.0 - cos_half_squared, 0.0));
-        let azimuth = 2.0 * PI * u.y;
-        let local = 2.0 * cos_half * vec3f(sin_half * cos(azimuth), sin_half * sin(azimuth), cos_half) - vec3f(0.0, 0.0, 1.0);
-        if local.z <= 0.0 {
-            continue;
-        }
-        let d = cos_half_squared * (alpha * alpha - 1.0) + 1.0;
-        let density = alpha * alpha / (PI * d * d) / 4.0;
-        let sample_angle = 1.0 / (f32(convolve.samples) * density);
-        let dir = tangent * local.x + bitangent * local.y + normal * local.z;
-        // The pyramid starts one level below the source; half a level more smooths the transition between samples.
-        let level = clamp(0.5 * log2(sample_angle / texel_angle) - 0.5, 0.0, convolve.coarsest_level);
-        sum += textureSampleLevel(pyramid, cube_sampler, dir, level).rgb * local.z;
-        weight_sum += local.z;
+    for (var i = 0u; i < SUBSAMPLES * SUBSAMPLES; i++) {
+        // The cube's frame is left-handed: its +z is the world's −Z.
+        let dir = face_direction(id.z, subsample(id.xy, edge, i));
+        let uv = vec2f(atan2(dir.x, dir.z) / (2.0 * PI), acos(clamp(dir.y, -1.0, 1.0)) / PI);
+        let at = uv * vec2f(size) - 0.5;
+        let low = floor(at);
+        let t = at - low;
+        let x = (vec2i(i32(low.x), i32(low.x) + 1) + size.x) % size.x;
+        let y = clamp(vec2i(i32(low.y), i32(low.y) + 1), vec2i(0), vec2i(size.y - 1));
+        let upper = mix(textureLoad(equirect, vec2i(x.x, y.x), 0).rgb, textureLoad(equirect, vec2i(x.y, y.x), 0).rgb, t.x);
+        let lower = mix(textureLoad(equirect, vec2i(x.x, y.y), 0).rgb, textureLoad(equirect, vec2i(x.y, y.y), 0).rgb, t.x);
+        sum += mix(upper, lower, t.y);
     }
-    textureStore(output, id.xy, id.z, vec4f(sum / weight_sum, 1.0));
+    let mean = sum / f32(SUBSAMPLES * SUBSAMPLES);
+    textureStore(coarser, id.xy, id.z, vec4f(clamp(mean, vec3f(0.0), vec3f(MAX_HALF)), 1.0));
+}
+
+/// A cube of any size.
+@compute @workgroup_size(8, 8, 1)
+fn resample_cube(@builtin(global_invocation_id) id: vec3u) {
+    let edge = textureDimensions(coarser).x;
+    if any(id.xy >= vec2u(edge)) {
+        return;
+    }
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < SUBSAMPLES * SUBSAMPLES; i++) {
+        let dir = face_direction(id.z, subsample(id.xy, edge, i));
+        sum += textureSampleLevel(any_cube, source_sampler, dir, 0.0).rgb;
+    }
+    let mean = sum / f32(SUBSAMPLES * SUBSAMPLES);
+    textureStore(coarser, id.xy, id.z, vec4f(clamp(mean, vec3f(0.0), vec3f(MAX_HALF)), 1.0));
 }

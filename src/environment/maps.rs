@@ -1,10 +1,11 @@
 //! The textures a filtered environment consists of.
 
+use super::{Refresh, refresh::Progress, source::SourceShape};
 use crate::probe::cube_image;
-use bevy::prelude::*;
+use bevy::{prelude::*, render::render_resource::TextureUsages};
 
-/// Edge length of the irradiance map: interpolated over 5.6°, the cosine lobe is off by 0.1 %.
-const DIFFUSE_EDGE: u32 = 16;
+/// Edge length of the irradiance map: interpolated over 2.8°, the kink that a lamp makes at the horizon is off by 0.2 %.
+const DIFFUSE_EDGE: u32 = 32;
 /// Largest edge length of the glossy map's sharpest level.
 const MAX_GLOSSY_EDGE: u32 = 256;
 /// Edge length of the glossy map's last level, which holds perceptual roughness 1.
@@ -12,7 +13,8 @@ const ROUGHEST_EDGE: u32 = 4;
 
 /// The maps made from a [`LiveEnvironment`](super::LiveEnvironment), on the same entity: cubes of 16-bit floats in its units.
 ///
-/// Written by the GPU: do not change the [`Image`] assets behind them.
+/// Written by the GPU: do not change the [`Image`] assets behind them. Environments with the same source and the same way of
+/// refreshing share theirs.
 #[derive(Component, Clone, Debug)]
 pub struct FilteredEnvironment {
     /// Irradiance ÷ π by surface normal, one level.
@@ -22,19 +24,45 @@ pub struct FilteredEnvironment {
     /// The source in half its resolution and less; in between.
     pub(super) pyramid: Handle<Image>,
     pub(super) source: Handle<Image>,
+    pub(super) shape: SourceShape,
+    pub(super) refresh: Refresh,
+    /// The source as a cube of a power of two, if it is none.
+    pub(super) resampled: Option<Handle<Image>>,
+    /// Diffuse and glossy map in the making, if that takes several frames.
+    pub(super) draft: Option<[Handle<Image>; 2]>,
+    pub(super) progress: Progress,
 }
 
 impl FilteredEnvironment {
-    pub(super) fn allocate(images: &mut Assets<Image>, source: Handle<Image>, source_edge: u32) -> Self {
-        let glossy_edge = source_edge.clamp(ROUGHEST_EDGE, MAX_GLOSSY_EDGE);
-        let glossy_levels = (glossy_edge / ROUGHEST_EDGE).ilog2() + 1;
-        let pyramid_edge = (source_edge / 2).max(ROUGHEST_EDGE);
-        let pyramid_levels = (pyramid_edge / ROUGHEST_EDGE).ilog2() + 1;
-        Self {
-            diffuse: images.add(cube_image("mirrorball_environment_diffuse", DIFFUSE_EDGE, 1)),
-            glossy: images.add(cube_image("mirrorball_environment_glossy", glossy_edge, glossy_levels)),
-            pyramid: images.add(cube_image("mirrorball_environment_pyramid", pyramid_edge, pyramid_levels)),
-            source,
-        }
+    pub(super) fn allocate(
+        images: &mut Assets<Image>,
+        source: Handle<Image>,
+        shape: SourceShape,
+        refresh: Refresh,
+    ) -> Self {
+        let cube_edge = shape.cube_edge();
+        let glossy_edge = cube_edge.clamp(ROUGHEST_EDGE, MAX_GLOSSY_EDGE);
+        let levels = |edge: u32| (edge / ROUGHEST_EDGE).ilog2() + 1;
+        let pyramid_edge = (cube_edge / 2).max(ROUGHEST_EDGE);
+        let mut cube = |label, edge, levels| {
+            let mut image = cube_image(label, edge, levels);
+            image.texture_descriptor.usage |= TextureUsages::COPY_DST;
+            images.add(image)
+        };
+        let mut result =
+            |diffuse, glossy| [cube(diffuse, DIFFUSE_EDGE, 1), cube(glossy, glossy_edge, levels(glossy_edge))];
+        let [diffuse, glossy] = result("mirrorball_environment_diffuse", "mirrorball_environment_glossy");
+        let draft = matches!(refresh, Refresh::Budget { .. })
+            .then(|| result("mirrorball_environment_diffuse_draft", "mirrorball_environment_glossy_draft"));
+        let resampled = (!shape.is_ready()).then(|| cube("mirrorball_environment_resampled", cube_edge, 1));
+        let pyramid = cube("mirrorball_environment_pyramid", pyramid_edge, levels(pyramid_edge));
+        let progress = Progress::default();
+        progress.request();
+        Self { diffuse, glossy, pyramid, source, shape, refresh, resampled, draft, progress }
+    }
+
+    /// Has the maps made anew in the next frame, whatever [`Refresh`] says.
+    pub fn request_refresh(&self) {
+        self.progress.request();
     }
 }

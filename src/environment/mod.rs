@@ -1,10 +1,12 @@
-//! Raw environment cube → diffuse and glossy maps that light every `StandardMaterial`.
+//! Raw environment → diffuse and glossy maps that light every `StandardMaterial`.
 //!
-//! **Enters:** an [`EnvironmentCube`] (or any cube a game puts into a [`LiveEnvironment`]). **Leaves:** a normal
-//! [`EnvironmentMapLight`] on the camera, at the intensity that makes 1.0 in the cube 1.0 in the frame buffer.
+//! **Enters:** an [`EnvironmentCube`], or any cube map, equirectangular picture or render target that a game puts into a
+//! [`LiveEnvironment`], on a camera or on a light probe; nothing else of this crate is needed. **Leaves:** a normal
+//! [`EnvironmentMapLight`] on the same entity, at the intensity that makes 1.0 in the source 1.0 in the frame buffer.
 //!
-//! The diffuse map is the cosine-weighted sum of all light, the glossy one GGX by perceptual roughness with filtered
-//! importance sampling (Křivánek & Colbert 2008), both free of noise. They are made anew every frame.
+//! The diffuse map is the cosine-weighted sum of all light and the rough glossy levels are whole sums of GGX, both over 6·16²
+//! blocks at their energy centroids; the sharp levels are rings of taps into a pyramid (filtered importance sampling,
+//! Křivánek & Colbert 2008, with a fixed table). All are free of noise. [`Refresh`] says when they are made anew.
 //!
 //! # Files
 //! Radiance and OpenEXR files become light, and measured light becomes a file:
@@ -15,7 +17,7 @@
 //! # fn example(camera: Entity, mut commands: Commands, mut images: ResMut<Assets<Image>>, measured: CubePixels)
 //! # -> Result<(), EnvironmentFileError> {
 //! let cube = EquirectPixels::open("studio.hdr")?.to_cube(128, Quat::IDENTITY);
-//! commands.entity(camera).insert(LiveEnvironment { source: images.add(cube.to_image()) });
+//! commands.entity(camera).insert(LiveEnvironment::new(images.add(cube.to_image())));
 //!
 //! measured.to_equirect(1024, Quat::IDENTITY).save("my_desk.exr")?;
 //! # Ok(())
@@ -25,24 +27,64 @@
 mod equirect;
 mod files;
 mod filter_pass;
+mod lobe;
 mod maps;
+mod refresh;
+mod source;
 
 pub use equirect::{CubePixels, EquirectPixels, equirect_direction, equirect_position};
 pub use files::EnvironmentFileError;
 pub use maps::FilteredEnvironment;
+pub use refresh::{EnvironmentState, Refresh};
 
 use crate::{MirrorballSystems, camera::ArCamera, probe::EnvironmentCube};
-use bevy::{camera::Exposure, light::EnvironmentMapLight, prelude::*};
+use bevy::{
+    asset::LoadState,
+    camera::{Exposure, RenderTarget},
+    ecs::observer::On,
+    light::EnvironmentMapLight,
+    prelude::*,
+};
+use source::SourceShape;
 
-/// Lights the view of a camera by a cube map that changes while the game runs.
+/// Lights the view of a camera, or the surroundings of a [`LightProbe`], by a picture of the environment that changes while the
+/// game runs.
 ///
-/// An [`ArCamera`] gets one by itself as soon as a [`LightProbeSphere`](crate::probe::LightProbeSphere) exists.
+/// An [`ArCamera`] gets one by itself as soon as a [`LightProbeSphere`](crate::probe::LightProbeSphere) exists. How far it is
+/// says the [`EnvironmentState`] beside it. Taken from the entity, its lighting goes with it.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_mirrorball::environment::{LiveEnvironment, Refresh};
+///
+/// fn setup(mut commands: Commands, assets: Res<AssetServer>) {
+///     let sky = assets.load("sky.hdr");
+///     commands.spawn((Camera3d::default(), LiveEnvironment::new(sky).with_refresh(Refresh::OnChange)));
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]
+#[require(EnvironmentState)]
 pub struct LiveEnvironment {
-    /// The cube: radiance in frame buffer units (1.0 shows as 1.0), world axes, a filterable float format, six square layers
-    /// with a power of two from 16 to 8192 as edge length. Other images are refused with an error.
+    /// Linear radiance in frame buffer units (1.0 shows as 1.0), world axes. Either a cube (six square layers in Bevy's
+    /// convention) or an equirectangular picture (twice as wide as high, column u/width is the azimuth from −Z towards +X,
+    /// rows from +Y down), of any color format. Cubes with a power of two from 16 to 8192 as edge length are filtered as they
+    /// are, all else is first resampled into a cube of at most 512. Changing the handle, and resizing the image, is fine.
     pub source: Handle<Image>,
+    /// When the maps are made anew. Defaults to [`Refresh::EveryFrame`].
+    pub refresh: Refresh,
+}
+
+impl LiveEnvironment {
+    /// Lighting by `source`, refreshed every frame.
+    pub fn new(source: Handle<Image>) -> Self {
+        Self { source, refresh: Refresh::default() }
+    }
+
+    /// The same, refreshed as given.
+    pub fn with_refresh(self, refresh: Refresh) -> Self {
+        Self { refresh, ..self }
+    }
 }
 
 /// Filters live environments.
@@ -50,10 +92,14 @@ pub struct EnvironmentPlugin;
 
 impl Plugin for EnvironmentPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<LiveEnvironment>().add_systems(
-            PreUpdate,
-            (light_cameras_by_probe, start_filter, keep_intensity).chain().after(MirrorballSystems::Track),
-        );
+        app.register_type::<LiveEnvironment>()
+            .register_type::<EnvironmentState>()
+            .add_observer(take_light_away)
+            .add_systems(
+                PreUpdate,
+                (light_cameras_by_probe, follow_sources, keep_intensity).chain().after(MirrorballSystems::Track),
+            )
+            .add_systems(PostUpdate, request_refreshes.after(bevy::asset::AssetEventSystems));
         filter_pass::build(app);
     }
 }
@@ -65,7 +111,7 @@ fn light_cameras_by_probe(mut commands: Commands, cameras: Query<Entity, UnlitCa
         return;
     };
     for camera in &cameras {
-        commands.entity(camera).insert(LiveEnvironment { source: cube.0.clone() });
+        commands.entity(camera).insert(LiveEnvironment::new(cube.0.clone()).with_refresh(Refresh::OnChange));
     }
 }
 
@@ -74,48 +120,111 @@ fn unit_intensity(exposure: Option<&Exposure>) -> f32 {
     1.0 / exposure.copied().unwrap_or_default().exposure()
 }
 
-/// Edge lengths of cubes that can be filtered: at least one texel for each block of the diffuse sum.
-const SOURCE_EDGES: std::ops::RangeInclusive<u32> = 16..=8192;
+type Environment = (
+    Entity,
+    &'static LiveEnvironment,
+    &'static mut EnvironmentState,
+    Option<&'static FilteredEnvironment>,
+    Option<&'static Exposure>,
+);
 
-type ChangedEnvironment = (Entity, &'static LiveEnvironment, Option<&'static Exposure>);
-
-fn start_filter(
+/// Gives maps to environments whose source has arrived, changed its size or been exchanged.
+fn follow_sources(
     mut commands: Commands,
     mut images: ResMut<Assets<Image>>,
-    cameras: Query<ChangedEnvironment, Changed<LiveEnvironment>>,
+    assets: Res<AssetServer>,
+    mut environments: Query<Environment>,
+    existing: Query<&FilteredEnvironment>,
+    mut new: Local<Vec<FilteredEnvironment>>,
 ) {
-    for (camera, environment, exposure) in &cameras {
-        let entity = &mut commands.entity(camera);
-        entity.remove::<(FilteredEnvironment, EnvironmentMapLight)>();
-        let Some(image) = images.get(&environment.source) else {
-            error!("{camera}: LiveEnvironment.source is not an image (yet); insert the component once it is loaded");
-            continue;
+    for (entity, environment, mut state, maps, exposure) in &mut environments {
+        let maps = maps.filter(|maps| maps.source == environment.source && maps.refresh == environment.refresh);
+        let next = match images.get(&environment.source).map(SourceShape::of) {
+            // Images that live on the GPU only may have left the assets.
+            None if maps.is_some() => continue,
+            None => match assets.get_load_state(&environment.source) {
+                Some(LoadState::Failed(error)) => {
+                    EnvironmentState::Refused(format!("LiveEnvironment.source cannot be loaded: {error}"))
+                }
+                _ => EnvironmentState::Waiting,
+            },
+            Some(Err(reason)) => EnvironmentState::Refused(reason),
+            Some(Ok(shape)) if maps.is_some_and(|maps| maps.shape == shape) => continue,
+            Some(Ok(shape)) => {
+                let fits = |maps: &&FilteredEnvironment| {
+                    maps.source == environment.source && maps.shape == shape && maps.refresh == environment.refresh
+                };
+                let shared = existing.iter().chain(new.iter()).find(fits).cloned();
+                let maps = shared.unwrap_or_else(|| {
+                    let source = environment.source.clone();
+                    let maps = FilteredEnvironment::allocate(&mut images, source, shape, environment.refresh);
+                    new.push(maps.clone());
+                    maps
+                });
+                let light = EnvironmentMapLight {
+                    diffuse_map: maps.diffuse.clone(),
+                    specular_map: maps.glossy.clone(),
+                    intensity: unit_intensity(exposure),
+                    ..default()
+                };
+                commands.entity(entity).insert((maps, light));
+                *state = EnvironmentState::Live { refreshes: 0, frames_since_refresh: 0 };
+                continue;
+            }
         };
-        let size = image.texture_descriptor.size;
-        let is_cube = size.depth_or_array_layers == 6 && size.width == size.height;
-        if !is_cube || !size.width.is_power_of_two() || !SOURCE_EDGES.contains(&size.width) {
-            error!(
-                "{camera}: LiveEnvironment.source is {} × {} with {} layers; give a cube map, six square layers with a \
-                 power of two from 16 to 8192 as edge length",
-                size.width, size.height, size.depth_or_array_layers
-            );
-            continue;
+        if *state != next {
+            if let EnvironmentState::Refused(reason) = &next {
+                error!("{entity}: {reason}");
+            }
+            *state = next;
+            commands.entity(entity).remove::<(FilteredEnvironment, EnvironmentMapLight)>();
         }
-        let maps = FilteredEnvironment::allocate(&mut images, environment.source.clone(), size.width);
-        let light = EnvironmentMapLight {
-            diffuse_map: maps.diffuse.clone(),
-            specular_map: maps.glossy.clone(),
-            intensity: unit_intensity(exposure),
-            ..default()
-        };
-        entity.insert((maps, light));
+    }
+    new.clear();
+}
+
+fn take_light_away(removed: On<Remove, LiveEnvironment>, mut commands: Commands) {
+    if let Ok(mut entity) = commands.get_entity(removed.entity) {
+        entity.try_remove::<(FilteredEnvironment, EnvironmentMapLight, EnvironmentState)>();
     }
 }
 
-type LitCamera = (&'static mut EnvironmentMapLight, Option<&'static Exposure>);
+/// Says to the render world which maps are due, and to the game how old they are.
+fn request_refreshes(
+    mut environments: Query<(&FilteredEnvironment, &mut EnvironmentState)>,
+    mut changes: MessageReader<AssetEvent<Image>>,
+    cameras: Query<(&Camera, &RenderTarget)>,
+) {
+    for change in changes.read() {
+        if let AssetEvent::Modified { id } = change {
+            let changed = environments.iter().filter(|(maps, _)| maps.source.id() == *id);
+            changed.filter(|(maps, _)| maps.refresh == Refresh::OnChange).for_each(|(maps, _)| maps.request_refresh());
+        }
+    }
+    for (maps, mut state) in &mut environments {
+        let is_rendered = |(camera, target): (&Camera, &RenderTarget)| {
+            camera.is_active && target.as_image().is_some_and(|image| *image == maps.source)
+        };
+        let is_due = match maps.refresh {
+            Refresh::EveryFrame | Refresh::Budget { .. } => true,
+            Refresh::OnChange => cameras.iter().any(is_rendered),
+            Refresh::OnRequest => false,
+        };
+        if is_due {
+            maps.request_refresh();
+        }
+        if let EnvironmentState::Live { refreshes, frames_since_refresh } = state.as_mut() {
+            let finished = maps.progress.finished();
+            *frames_since_refresh = if finished == *refreshes { frames_since_refresh.saturating_add(1) } else { 0 };
+            *refreshes = finished;
+        }
+    }
+}
 
-fn keep_intensity(mut cameras: Query<LitCamera, With<LiveEnvironment>>) {
-    for (mut light, exposure) in &mut cameras {
+type LitEntity = (&'static mut EnvironmentMapLight, Option<&'static Exposure>);
+
+fn keep_intensity(mut lights: Query<LitEntity, With<FilteredEnvironment>>) {
+    for (mut light, exposure) in &mut lights {
         let intensity = unit_intensity(exposure);
         if light.intensity != intensity {
             light.intensity = intensity;

@@ -32,6 +32,7 @@ mod mirror_ball;
 mod recovery;
 mod unwrap_pass;
 
+pub use cube_image::CubeWrites;
 pub use measure::ProbeMeasurement;
 pub use mirror_ball::{BallView, Ellipse};
 pub use recovery::ClipRecovery;

@@ -1,7 +1,7 @@
 //! Camera picture of a mirrored ball → environment cube, one compute dispatch before all cameras.
 
 use super::{
-    EnvironmentCube, ProbeMeasurement,
+    CubeWrites, EnvironmentCube, ProbeMeasurement,
     measure::ProbeView,
     recovery::{self, MOST_SATURATION, WHITE_FROM},
 };
@@ -38,6 +38,7 @@ pub(super) fn build(app: &mut App) {
     render_app
         .init_resource::<ExtractedProbes>()
         .init_resource::<PreparedUnwraps>()
+        .init_resource::<CubeWrites>()
         .add_systems(RenderStartup, init_unwrap_pipeline)
         .add_systems(ExtractSchedule, extract_probes)
         .add_systems(Render, prepare_unwraps.in_set(RenderSystems::PrepareBindGroups))
@@ -153,6 +154,7 @@ struct PreparedUnwraps {
 
 fn prepare_unwraps(
     mut prepared: ResMut<PreparedUnwraps>,
+    mut writes: ResMut<CubeWrites>,
     probes: Res<ExtractedProbes>,
     pipeline: Res<UnwrapPipeline>,
     pipeline_cache: Res<PipelineCache>,
@@ -190,6 +192,7 @@ fn prepare_unwraps(
             &BindGroupEntries::sequential((&frame.texture_view, uniform, &faces)),
         ));
         prepared.made_from.insert(probe.cube, made_from);
+        writes.announce(probe.cube);
     }
 }
 

@@ -1,0 +1,159 @@
+//! Live environments against Bevy's `GeneratedEnvironmentMapLight`: time and truth, on the same sources in one process.
+//!
+//! `cargo bench --profile dev --features egui,webcam --bench environment -- --csv environment.csv`
+//!
+//! In the development profile, so that what `cargo test` has built is used: all measured work is the graphics driver's. The
+//! columns are `map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam`. Rows with mip `all` are times of a
+//! whole frame without cameras (ratio = Bevy ÷ ours), alternating in blocks; the others are errors relative to the sums that
+//! each filter approximates, and steps across cube edges relative to the true ones there, of the diffuse map and by perceptual
+//! roughness. `--directions N` compares at 6·N² directions (defaults to 16), `--blocks N` measures that many pairs of blocks.
+
+#[path = "../tests/filter_truth/mod.rs"]
+mod filter_truth;
+#[path = "../tests/shared_data/mod.rs"]
+mod shared_data;
+
+use bevy::{
+    light::{EnvironmentMapLight, GeneratedEnvironmentMapLight},
+    math::DVec3,
+    prelude::*,
+    render::{RenderApp, renderer::RenderDevice},
+};
+use bevy_mirrorball::{
+    environment::{EnvironmentPlugin, LiveEnvironment},
+    offscreen,
+};
+use filter_truth::{ROUGHNESSES, Truth, brightest, relative_rmse, seam};
+use std::{fmt::Write, path::PathBuf, time::Instant};
+
+const SIZES: [usize; 2] = [128, 256];
+/// Frames before anything counts, and frames in a block.
+const WARM_UP: usize = 6;
+const BLOCK: usize = 6;
+/// Real rooms, where the checkout has them.
+const ROOMS: [&str; 5] = ["lebombo", "studio_small_03", "venice_sunset", "empty_warehouse_01", "potsdamer_platz"];
+
+type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+type Radiance = Box<dyn Fn(DVec3) -> DVec3>;
+
+struct Options {
+    csv: Option<PathBuf>,
+    directions: usize,
+    blocks: usize,
+}
+
+impl Options {
+    fn from_command_line() -> Outcome<Self> {
+        use lexopt::prelude::*;
+        let mut options = Self { csv: None, directions: 16, blocks: 3 };
+        let mut parser = lexopt::Parser::from_env();
+        while let Some(argument) = parser.next()? {
+            match argument {
+                Long("csv") => options.csv = Some(parser.value()?.into()),
+                Long("directions") => options.directions = parser.value()?.parse()?,
+                Long("blocks") => options.blocks = parser.value()?.parse::<usize>()?.max(1),
+                // Cargo says so to every benchmark.
+                Long("bench") => (),
+                other => return Err(other.unexpected().into()),
+            }
+        }
+        Ok(options)
+    }
+}
+
+/// An app without cameras in which `light` makes Bevy or us filter the cube every frame.
+fn app<B: Bundle>(edge: usize, texels: &[DVec3], light: impl FnOnce(Handle<Image>) -> B) -> Outcome<(App, Entity)> {
+    let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
+        app.add_plugins(EnvironmentPlugin);
+    })?;
+    let source = app.world_mut().resource_mut::<Assets<Image>>().add(filter_truth::cube(edge, texels));
+    let entity = app.world_mut().spawn((LightProbe::default(), Transform::default(), light(source))).id();
+    for _ in 0..WARM_UP {
+        frame(&mut app);
+    }
+    Ok((app, entity))
+}
+
+/// One frame, until the GPU has finished it; in milliseconds.
+fn frame(app: &mut App) -> f64 {
+    let started = Instant::now();
+    app.update();
+    filter_truth::wait(app.sub_app(RenderApp).world().resource::<RenderDevice>());
+    started.elapsed().as_secs_f64() * 1e3
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn main() -> Outcome<()> {
+    let options = Options::from_command_line()?;
+    let mut maps: Vec<(&str, Radiance)> = vec![
+        ("constant", Box::new(|_| DVec3::ONE)),
+        ("one_plus_z", Box::new(|dir| DVec3::splat(1.0 + dir.z))),
+        ("two_suns", Box::new(filter_truth::two_suns)),
+    ];
+    for room in ROOMS {
+        if let Some(path) = shared_data::find(&format!("hdr/{room}_1k.hdr")) {
+            maps.push((room, Box::new(filter_truth::picture(&path))));
+        }
+    }
+    let mut csv = "map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam\n".to_owned();
+    for size in SIZES {
+        let texels = filter_truth::texels(size, filter_truth::two_suns);
+        let (mut ours, _) = app(size, &texels, LiveEnvironment::new)?;
+        let (mut bevy, _) =
+            app(size, &texels, |environment_map| GeneratedEnvironmentMapLight { environment_map, ..default() })?;
+        let (mut ours_ms, mut bevy_ms) = (Vec::new(), Vec::new());
+        for block in 0..2 * options.blocks {
+            // ABBA: neither always runs on the warmer machine.
+            let (times, app) = if block % 4 % 3 == 0 { (&mut ours_ms, &mut ours) } else { (&mut bevy_ms, &mut bevy) };
+            times.extend((0..BLOCK).map(|_| frame(app)));
+        }
+        let (ours, bevy) = (median(ours_ms), median(bevy_ms));
+        println!("{size}²: ours {ours:.1} ms, Bevy {bevy:.1} ms, ratio {:.2}", bevy / ours);
+        writeln!(csv, "two_suns,{size},all,{ours:.3},{bevy:.3},{:.3},,,,", bevy / ours)?;
+    }
+    for (name, radiance) in maps {
+        compare(name, SIZES[0], radiance, &options, &mut csv)?;
+    }
+    match options.csv {
+        Some(path) => std::fs::write(path, csv)?,
+        None => print!("{csv}"),
+    }
+    Ok(())
+}
+
+fn compare(name: &str, size: usize, radiance: Radiance, options: &Options, csv: &mut String) -> Outcome<()> {
+    let directions = options.directions;
+    let texels = filter_truth::texels(size, radiance);
+    let truth = Truth::of(size, &texels, directions);
+    let read = |(mut app, entity): (App, Entity)| -> Outcome<_> {
+        let maps = app.world().get::<EnvironmentMapLight>(entity).ok_or("there are no maps")?.clone();
+        Ok(filter_truth::read(&mut app, &maps.diffuse_map, &maps.specular_map, directions))
+    };
+    let ours = read(app(size, &texels, LiveEnvironment::new)?)?;
+    let bevy =
+        read(app(size, &texels, |environment_map| GeneratedEnvironmentMapLight { environment_map, ..default() })?)?;
+    for k in 0..ours.len() {
+        let mip = k.checked_sub(1).map_or("diffuse".to_owned(), |k| ROUGHNESSES[k].to_string());
+        let errors = [relative_rmse(&ours[k], &truth.ours[k]), relative_rmse(&bevy[k], &truth.bevy[k])];
+        // A map without steps has no ratio of them.
+        let seam_ratio =
+            |got: &[DVec3], truth: &[DVec3]| if seam(truth) > 1e-6 { seam(got) / seam(truth) } else { 1.0 + seam(got) };
+        let seams = [seam_ratio(&ours[k], &truth.ours[k]), seam_ratio(&bevy[k], &truth.bevy[k])];
+        let peaks = [brightest(&ours[k]) / brightest(&truth.ours[k]), brightest(&bevy[k]) / brightest(&truth.bevy[k])];
+        println!(
+            "{name} {mip}: RMSE {:.3} % (Bevy {:.3} %), seam {:.3} ({:.3}), peak {:.3} ({:.3})",
+            1e2 * errors[0],
+            1e2 * errors[1],
+            seams[0],
+            seams[1],
+            peaks[0],
+            peaks[1]
+        );
+        writeln!(csv, "{name},{size},{mip},,,,{:.6},{:.6},{:.4},{:.4}", errors[0], errors[1], seams[0], seams[1])?;
+    }
+    Ok(())
+}
