@@ -74,6 +74,7 @@ pub mod tracking;
 pub mod stage;
 pub mod probe;
 pub mod environment;
+pub mod lighting;
 pub mod shadows;
 pub mod materials;
 pub mod authoring;

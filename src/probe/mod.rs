@@ -38,6 +38,7 @@ pub use recovery::ClipRecovery;
 
 pub(crate) use cube_directions::cube_directions;
 pub(crate) use cube_image::cube_image;
+pub(crate) use recovery::{EDGE_MARGIN_PIXELS, gain_limits};
 
 use crate::MirrorballSystems;
 use bevy::{prelude::*, transform::TransformSystems};
