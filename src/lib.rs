@@ -91,6 +91,7 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 /// | [`stage::StagePlugin`] | tells real from virtual |
 /// | [`probe::ProbePlugin`] | mirrored ball → environment cube |
 /// | [`environment::EnvironmentPlugin`] | environment cube → light on every `StandardMaterial` |
+/// | [`lighting::LightingPlugin`] | what the camera clipped, from what stands on the desk |
 /// | [`shadows::ShadowsPlugin`] | dome of shadow directions |
 /// | [`materials::MaterialsPlugin`] | phantoms, image-based surfaces, toons |
 /// | [`authoring::AuthoringPlugin`] | glTF extras → components |
@@ -108,6 +109,7 @@ impl PluginGroup for MirrorballPlugins {
             .add(stage::StagePlugin)
             .add(probe::ProbePlugin)
             .add(environment::EnvironmentPlugin)
+            .add(lighting::LightingPlugin)
             .add(shadows::ShadowsPlugin)
             .add(materials::MaterialsPlugin)
             .add(authoring::AuthoringPlugin)

@@ -1,12 +1,57 @@
-//! Environment → real lights.
+//! Environment → how bright the clipped lights really are.
+//!
+//! **Enters:** the camera's newest picture, the markers seen in it, the ball, the phantoms. **Leaves:** a [`RecoveredLight`] on the
+//! ball's entity, and the gain of every clipped piece of the sky for the pass that unwraps the ball.
+//!
+//! # How
+//! An 8-bit camera shows a lamp and a white wall alike. What they lack is told by what stands on the desk (after Debevec et al.
+//! 2012, *A single-shot light probe*): some 500 points of the picture on the marker's paper, on the desk and on other phantoms. For
+//! each of them rays tell which part of the sky it sees past phantoms and ball, and how much of the sky it sees mirrored in the
+//! ball. The clipped part of the sky is cut into pieces of at most some 20°. Unknown are the gain of each piece and the albedo of each surface; the equation of
+//! a point is
+//!
+//! ```text
+//! π · radiance in the picture ÷ albedo = irradiance of what is not clipped + Σ pieces (gain − 1) · irradiance of the piece
+//! ```
+//!
+//! The paper's albedo is known and gives the absolute scale. All others cancel: it is the shadows in the picture, and faces of
+//! different orientation, that tell the pieces apart. The desk may have two albedos (a checkered cloth, a wooden grain), told apart
+//! anew in each round. Unknowns are not negative; what no equation says stays at the least extra light, with the color of the light
+//! as a whole. Outliers (fireflies, prints, edges) lose their weight by their distance (Cauchy).
+//!
+//! # Cost
+//! On a thread in the background, one picture at a time; rays are traced anew only when something has moved. In lockstep feeds the frame waits for
+//! the answer.
+//!
+//! # Limits
+//! The real things on the desk have to be phantoms: a shadow without a phantom looks like a dark spot. Light between things other than
+//! the ball's mirror light is not modeled. Lights are taken to be far away.
 
 mod least_squares;
 mod meter;
 mod ray_cast;
+mod recover;
 mod regions;
 mod sky;
 mod solve;
 
 pub use meter::{MirrorBall, Paper};
 pub use ray_cast::PhantomSolid;
+pub use recover::RecoveredLight;
 pub use solve::{DeskPicture, SolvedLight, SolvedRegion, SolverCache, solve_light};
+
+use crate::MirrorballSystems;
+use bevy::prelude::*;
+
+/// Recovers clipped light.
+pub struct LightingPlugin;
+
+impl Plugin for LightingPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            PostUpdate,
+            (recover::collect_phantoms, recover::recover_lights).chain().after(MirrorballSystems::Measure),
+        )
+        .init_resource::<recover::DeskSolids>();
+    }
+}

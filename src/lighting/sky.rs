@@ -2,12 +2,12 @@
 
 use crate::{
     camera::{FramePixels, Intrinsics},
-    probe::{BallView, EDGE_MARGIN_PIXELS, cube_directions, gain_limits},
+    probe::{BallView, ClipGains, EDGE_MARGIN_PIXELS, cube_directions, gain_limits},
 };
 use bevy::{math::Affine3A, prelude::*};
 
 /// Cells along an edge of the cube that light is solved on: 2.8° each.
-pub(super) const SKY_EDGE: u32 = 32;
+pub(super) const SKY_EDGE: u32 = ClipGains::EDGE;
 
 /// A cell of the sky as the ball shows it, radiance in linear camera units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

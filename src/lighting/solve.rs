@@ -163,6 +163,8 @@ struct Equation {
     seen: [f64; 4],
     /// What one unit of extra gain adds, per region.
     per_gain: Vec<[f64; 4]>,
+    /// The same of light that may be brighter only up to its region's limit.
+    limited: Vec<[f64; 4]>,
     /// Number of the unknown albedo.
     class: Option<usize>,
 }
@@ -170,11 +172,24 @@ struct Equation {
 struct Problem<'a> {
     sky: &'a [SkyCell],
     regions: &'a [Region],
+    /// Per region, the extra gain from which on limited light grows no more.
+    limits: Vec<[f64; 4]>,
     equations: Vec<Equation>,
 }
 
 /// Gray: the mean of the channels.
 const GRAY: usize = 3;
+
+fn mean_limit(region: &Region, sky: &[SkyCell]) -> [f64; 4] {
+    let (mut sum, mut total) = (Vec3::ZERO, Vec3::ZERO);
+    for cell in region.cells.iter().map(|&i| &sky[i]) {
+        sum += cell.solid_angle * cell.limited * (cell.limit - 1.0);
+        total += cell.solid_angle * cell.limited;
+    }
+    let mean = |sum: f32, total: f32| if total > 0.0 { f64::from(sum / total) } else { 0.0 };
+    let [r, g, b] = [0, 1, 2].map(|c| mean(sum[c], total[c]));
+    [r, g, b, mean(sum.element_sum(), total.element_sum())]
+}
 
 fn with_gray(v: Vec3) -> [f64; 4] {
     let v = v.as_dvec3();
@@ -199,14 +214,15 @@ impl<'a> Problem<'a> {
                 continue;
             };
             let mut seen = Vec3::ZERO;
-            let mut per_gain = vec![Vec3::ZERO; regions.len()];
+            let mut per_gain = vec![(Vec3::ZERO, Vec3::ZERO); regions.len()];
             for ((cell, weight), region) in
                 sky.iter().zip(&meter.weights[i * sky.len()..(i + 1) * sky.len()]).zip(&region_of)
             {
                 if *weight > 0.0 {
                     seen += *weight * cell.seen;
                     if let Some(sum) = per_gain.get_mut(*region) {
-                        *sum += *weight * cell.clipped;
+                        sum.0 += *weight * cell.clipped;
+                        sum.1 += *weight * cell.limited;
                     }
                 }
             }
@@ -217,15 +233,24 @@ impl<'a> Problem<'a> {
                 point: *point,
                 exitance: with_gray(PI * radiance),
                 seen: with_gray(seen),
-                per_gain: per_gain.into_iter().map(with_gray).collect(),
+                per_gain: per_gain.iter().map(|(free, _)| with_gray(*free)).collect(),
+                limited: per_gain.iter().map(|(_, limited)| with_gray(*limited)).collect(),
                 class: None,
             });
         }
-        Self { sky, regions, equations }
+        let limits = regions.iter().map(|region| mean_limit(region, sky)).collect();
+        Self { sky, regions, limits, equations }
     }
 
+    /// Irradiance with clipped light raised.
     fn irradiance(&self, equation: &Equation, channel: usize, x: &[f64]) -> f64 {
-        equation.seen[channel] + equation.per_gain.iter().zip(x).map(|(a, x)| a[channel] * x).sum::<f64>()
+        equation.seen[channel] + self.extra(equation, channel, x)
+    }
+
+    /// What the extra gains add.
+    fn extra(&self, equation: &Equation, channel: usize, x: &[f64]) -> f64 {
+        let parts = equation.per_gain.iter().zip(&equation.limited).zip(&self.limits).zip(x);
+        parts.map(|(((free, limited), limit), x)| free[channel] * x + limited[channel] * x.min(limit[channel])).sum()
     }
 
     fn solve(mut self, picture: &DeskPicture, up_world: Vec3) -> Option<SolvedLight> {
@@ -323,7 +348,7 @@ impl<'a> Problem<'a> {
             .iter()
             .map(|region| {
                 let sum = region.cells.iter().map(|&i| {
-                    let clipped = with_gray(self.sky[i].clipped)[channel];
+                    let clipped = with_gray(self.sky[i].clipped + self.sky[i].limited)[channel];
                     f64::from(self.sky[i].solid_angle) * clipped * clipped
                 });
                 sum.sum::<f64>().max(1e-6)
@@ -333,7 +358,8 @@ impl<'a> Problem<'a> {
         for equation in self.equations.iter().filter(|e| e.point.surface == Surface::Paper) {
             let reflectance = equation.point.reflectance.map_or(1.0, |r| with_gray(r)[channel]);
             let missing = equation.exitance[channel] / reflectance - equation.seen[channel];
-            let per_gain: f64 = equation.per_gain.iter().map(|a| a[channel]).sum();
+            let per_gain: f64 =
+                equation.per_gain.iter().zip(&equation.limited).map(|(a, b)| a[channel] + b[channel]).sum();
             if missing.is_finite() && per_gain > 0.0 {
                 wanted += (missing / per_gain).max(0.1);
                 count += 1.0;
@@ -365,12 +391,22 @@ impl<'a> Problem<'a> {
             }
             let reflectance = equation.point.reflectance.map(|r| with_gray(r)[channel]);
             row.clear();
-            row.extend(equation.per_gain.iter().enumerate().map(|(r, a)| (r, a[channel])));
+            // Light at its limit is a part of what is seen.
+            let mut seen = equation.seen[channel];
+            for (r, (free, limited)) in equation.per_gain.iter().zip(&equation.limited).enumerate() {
+                let limit = self.limits[r][channel];
+                if x[r] < limit {
+                    row.push((r, free[channel] + limited[channel]));
+                } else {
+                    row.push((r, free[channel]));
+                    seen += limit * limited[channel];
+                }
+            }
             let wanted = match (reflectance, equation.class) {
-                (Some(reflectance), _) => exitance / reflectance - equation.seen[channel],
+                (Some(reflectance), _) => exitance / reflectance - seen,
                 (None, Some(class)) if class < inverse_albedos.len() => {
                     row.push((regions + class, -exitance));
-                    -equation.seen[channel]
+                    -seen
                 }
                 _ => continue,
             };
@@ -404,7 +440,7 @@ impl<'a> Problem<'a> {
             let lacks = equation.exitance[channel] / reflectance - equation.seen[channel];
             if lacks.is_finite() {
                 missing += lacks;
-                explained += equation.per_gain.iter().zip(x).map(|(a, x)| a[channel] * x).sum::<f64>();
+                explained += self.extra(equation, channel, x);
             }
         }
         if explained > 0.0 { (missing / explained).clamp(0.1, 10.0) } else { 1.0 }

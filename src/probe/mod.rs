@@ -34,10 +34,11 @@ mod unwrap_pass;
 
 pub use measure::ProbeMeasurement;
 pub use mirror_ball::{BallView, Ellipse};
-pub use recovery::ClipRecovery;
+pub use recovery::{ClipEvidence, ClipRecovery};
 
 pub(crate) use cube_directions::cube_directions;
 pub(crate) use cube_image::cube_image;
+pub(crate) use unwrap_pass::ClipGains;
 pub(crate) use recovery::{EDGE_MARGIN_PIXELS, gain_limits};
 
 use crate::MirrorballSystems;
@@ -105,6 +106,7 @@ impl Plugin for ProbePlugin {
         app.register_type::<LightProbeSphere>()
             .register_type::<UniformSky>()
             .register_type::<ClipRecovery>()
+            .register_type::<ClipEvidence>()
             .register_type::<ProbeMeasurement>()
             .configure_sets(PostUpdate, MirrorballSystems::Measure.after(TransformSystems::Propagate))
             .add_systems(PreUpdate, allocate_cubes.after(MirrorballSystems::Track))

@@ -15,11 +15,26 @@ pub struct ClipRecovery {
     pub paper_reflectance: f32,
     /// Upper bound of the gain. Defaults to 1000.
     pub max_gain: f32,
+    /// What tells how bright clipped light is. Defaults to [`ClipEvidence::Desk`].
+    pub evidence: ClipEvidence,
+}
+
+/// What tells how bright clipped light is.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub enum ClipEvidence {
+    /// The marker's paper: one gain for all clipped light.
+    Paper,
+    /// All that stands on the desk, with a gain of its own for each clipped piece of the sky: the paper, the desk's brightness in
+    /// and beside the shadows of phantoms and the ball, the faces of phantoms; see [`lighting`](crate::lighting). Without
+    /// phantoms in view the same as [`Paper`](Self::Paper).
+    #[default]
+    Desk,
 }
 
 impl Default for ClipRecovery {
     fn default() -> Self {
-        Self { is_enabled: true, paper_reflectance: 0.80, max_gain: 1000.0 }
+        Self { is_enabled: true, paper_reflectance: 0.80, max_gain: 1000.0, evidence: ClipEvidence::Desk }
     }
 }
 
