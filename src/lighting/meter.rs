@@ -80,16 +80,14 @@ const FARTHEST_MIRRORING: f32 = 6.0;
 
 impl Meter {
     /// Picks points in view of the camera and traces what they see.
-    pub(super) fn new(
-        desk: Desk,
-        intrinsics: &Intrinsics,
-        camera_from_world: &Affine3A,
-        sky: &[SkyCell],
-    ) -> Self {
+    pub(super) fn new(desk: Desk, intrinsics: &Intrinsics, camera_from_world: &Affine3A, sky: &[SkyCell]) -> Self {
         let mut points = paper_points(desk);
         points.extend(phantom_points(desk, intrinsics, camera_from_world));
-        let mut meter =
-            Self { weights: Vec::with_capacity(points.len() * sky.len()), hidden: Vec::with_capacity(points.len()), points };
+        let mut meter = Self {
+            weights: Vec::with_capacity(points.len() * sky.len()),
+            hidden: Vec::with_capacity(points.len()),
+            points,
+        };
         for i in 0..meter.points.len() {
             meter.trace(i, desk, sky);
         }
@@ -147,8 +145,7 @@ impl MirroredSky {
         }
         let view = BallView { center_camera: Vec3::new(0.0, 0.0, -distance), radius: ball.radius };
         let last = PI - view.hidden_half_angle();
-        let normal_angles =
-            std::array::from_fn(|i| view.normal_angle((i as f32 * PI / Self::STEPS as f32).min(last)));
+        let normal_angles = std::array::from_fn(|i| view.normal_angle((i as f32 * PI / Self::STEPS as f32).min(last)));
         Some(Self { ball: view, axis: -to_ball / distance, reflectance: ball.reflectance, normal_angles })
     }
 

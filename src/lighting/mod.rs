@@ -27,17 +27,23 @@
 //! The real things on the desk have to be phantoms: a shadow without a phantom looks like a dark spot. Light between things other than
 //! the ball's mirror light is not modeled. Lights are taken to be far away.
 
+mod find;
 mod least_squares;
 mod meter;
 mod ray_cast;
+mod real_light;
 mod recover;
 mod regions;
+mod self_check;
 mod sky;
 mod solve;
 
+pub use find::FoundLight;
 pub use meter::{MirrorBall, Paper};
 pub use ray_cast::PhantomSolid;
+pub use real_light::{RealLight, RealLightAppeared, RealLightVanished};
 pub use recover::RecoveredLight;
+pub use self_check::SelfCheck;
 pub use solve::{DeskPicture, SolvedLight, SolvedRegion, SolverCache, solve_light};
 
 use crate::MirrorballSystems;
@@ -48,10 +54,17 @@ pub struct LightingPlugin;
 
 impl Plugin for LightingPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
-            PostUpdate,
-            (recover::collect_phantoms, recover::recover_lights).chain().after(MirrorballSystems::Measure),
-        )
-        .init_resource::<recover::DeskSolids>();
+        app.register_type::<RealLight>()
+            .register_type::<SelfCheck>()
+            .add_message::<RealLightAppeared>()
+            .add_message::<RealLightVanished>()
+            .init_resource::<recover::DeskSolids>()
+            .init_resource::<real_light::NextLightId>()
+            .add_systems(
+                PostUpdate,
+                (recover::collect_phantoms, recover::recover_lights, real_light::follow_lights)
+                    .chain()
+                    .after(MirrorballSystems::Measure),
+            );
     }
 }

@@ -29,7 +29,8 @@ impl PhantomSolid {
         if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
             return None;
         }
-        let Some(VertexAttributeValues::Float32x3(positions)) = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION).ok() else {
+        let Some(VertexAttributeValues::Float32x3(positions)) = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION).ok()
+        else {
             return None;
         };
         let vertices: Vec<Vec3> =

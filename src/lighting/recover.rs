@@ -1,6 +1,9 @@
 //! Runs the solver on new pictures, in the background.
 
-use super::{DeskPicture, MirrorBall, Paper, PhantomSolid, SolvedLight, SolverCache, solve_light};
+use super::{
+    DeskPicture, FoundLight, MirrorBall, Paper, PhantomSolid, SelfCheck, SolvedLight, SolverCache, self_check,
+    solve::unsolved_light, solve_light,
+};
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
     probe::{ClipEvidence, ClipGains, ClipRecovery, LightProbeSphere, ProbeMeasurement},
@@ -17,17 +20,19 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// The light of the newest picture that has been solved, with its clipped parts recovered; on the entity of its
-/// [`LightProbeSphere`].
-///
-/// Absent while [`ClipRecovery`] is off or asks for the paper only, and as long as there was no picture with a marker, the ball
-/// and phantoms in it.
+/// The light of the newest picture that has been worked on; on the entity of its [`LightProbeSphere`]. Absent as long as there was
+/// no picture with the ball in it.
 #[derive(Component, Clone, Debug)]
 pub struct RecoveredLight {
     /// Sequence number of the picture.
     pub sequence: u64,
     /// What was found.
     pub light: Arc<SolvedLight>,
+    /// Whether the desk told how bright clipped light is. Otherwise the paper did, or nothing: [`ClipRecovery`] says what may, and
+    /// the picture has to show a marker and phantoms.
+    pub is_solved: bool,
+    /// The lights in it, strongest first.
+    pub lights: Vec<FoundLight>,
     /// Time the solver took, in the background.
     pub cpu_time: Duration,
 }
@@ -84,10 +89,14 @@ struct Occasion {
     probe: LightProbeSphere,
     recovery: ClipRecovery,
     center: Vec3,
+    gain: Vec3,
 }
 
 struct Answer {
     light: Option<SolvedLight>,
+    is_solved: bool,
+    lights: Vec<FoundLight>,
+    check: Option<(f32, Option<f32>)>,
     cache: SolverCache,
     sequence: u64,
     cpu_time: Duration,
@@ -116,6 +125,7 @@ type SolvedProbe = (
     &'static ProbeMeasurement,
     Option<&'static mut Solver>,
     Has<ClipGains>,
+    Option<&'static RecoveredLight>,
 );
 
 type FramedCamera = (&'static ArCamera, &'static CameraFrame, &'static GlobalTransform, Option<&'static CameraFeed>);
@@ -127,18 +137,11 @@ pub(super) fn recover_lights(
     anchors: Query<(&MarkerAnchor, &MarkerTracking)>,
     desk: Res<DeskSolids>,
 ) {
-    for (entity, probe, recovery, transform, measurement, solver, has_gains) in &mut probes {
+    for (entity, probe, recovery, transform, measurement, solver, has_gains, recovered) in &mut probes {
         let Some(mut solver) = solver else {
             commands.entity(entity).insert(Solver::default());
             continue;
         };
-        if !recovery.is_enabled || recovery.evidence != ClipEvidence::Desk {
-            *solver = Solver::default();
-            if has_gains {
-                commands.entity(entity).remove::<(ClipGains, RecoveredLight)>();
-            }
-            continue;
-        }
         if let Some(answer) = solver.running.as_mut().and_then(check_ready) {
             solver.running = None;
             publish(&mut commands, entity, &mut solver, answer);
@@ -155,6 +158,7 @@ pub(super) fn recover_lights(
             probe: *probe,
             recovery: *recovery,
             center: transform.translation(),
+            gain: measurement.gain,
         };
         if solver.asked.as_ref() == Some(&occasion) {
             continue;
@@ -171,10 +175,15 @@ pub(super) fn recover_lights(
                 })
             })
             .collect();
-        // Without a marker nothing is known of the desk: the last answer stays.
-        if papers.is_empty() || !(recovery.paper_reflectance > 0.0) {
+        // Without the marker nothing is known of the desk: the last answer stays.
+        let is_wanted = recovery.is_enabled && recovery.evidence == ClipEvidence::Desk;
+        if is_wanted && papers.is_empty() && has_gains {
             continue;
         }
+        let up_world =
+            papers.first().map_or(Vec3::Y, |p| p.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero());
+        let gain = measurement.gain;
+        let shown = recovered.map(|recovered| (recovered.light.clone(), recovered.lights.first().copied()));
         let ball = MirrorBall {
             center: transform.translation(),
             radius: probe.radius,
@@ -194,8 +203,13 @@ pub(super) fn recover_lights(
         let mut cache = solver.cache.take().unwrap_or_default();
         let solve = async move {
             let started = Instant::now();
-            let light = solve_light(&picture, &mut cache);
-            Answer { light, cache, sequence, cpu_time: started.elapsed() }
+            let check =
+                shown.and_then(|(light, key)| self_check::check(&picture, &light.sky, &light.gains, key.as_ref()));
+            let solved = if is_wanted { solve_light(&picture, &mut cache).filter(is_trusted) } else { None };
+            let is_solved = solved.is_some();
+            let light = solved.or_else(|| unsolved_light(&picture, gain, up_world));
+            let lights = light.as_ref().map(SolvedLight::lights).unwrap_or_default();
+            Answer { light, is_solved, lights, check, cache, sequence, cpu_time: started.elapsed() }
         };
         if feed.is_some_and(|feed| feed.pace() == FeedPace::Lockstep) {
             let answer = block_on(solve);
@@ -208,18 +222,23 @@ pub(super) fn recover_lights(
 
 fn publish(commands: &mut Commands, entity: Entity, solver: &mut Solver, answer: Answer) {
     solver.cache = Some(answer.cache);
+    let Answer { is_solved, sequence, lights, cpu_time, .. } = answer;
     let mut entity = commands.entity(entity);
-    let light = answer
-        .light
-        .filter(|light| light.points >= light.paper_points + LEAST_POINTS && light.residual <= MOST_RESIDUAL);
-    match light {
-        Some(light) => {
-            let gains = ClipGains(Arc::new(light.gains.iter().map(|gain| gain.extend(1.0)).collect()));
-            let light = Arc::new(light);
-            entity.insert((gains, RecoveredLight { sequence: answer.sequence, light, cpu_time: answer.cpu_time }));
-        }
-        None => {
-            entity.remove::<(ClipGains, RecoveredLight)>();
-        }
+    if let Some((rmse, key_light_angle)) = answer.check {
+        entity.insert(SelfCheck { sequence, rmse, key_light_angle });
     }
+    let Some(light) = answer.light else {
+        return;
+    };
+    if is_solved {
+        entity.insert(ClipGains(Arc::new(light.gains.iter().map(|gain| gain.extend(1.0)).collect())));
+    } else {
+        entity.remove::<ClipGains>();
+    }
+    entity.insert(RecoveredLight { sequence, light: Arc::new(light), is_solved, lights, cpu_time });
+}
+
+/// Whether enough of the desk was seen and explained.
+fn is_trusted(light: &SolvedLight) -> bool {
+    light.points >= light.paper_points + LEAST_POINTS && light.residual <= MOST_RESIDUAL
 }

@@ -17,12 +17,12 @@ pub(super) struct Region {
 }
 
 impl Region {
-    /// Describes some cells, each by its weight.
-    pub(super) fn new(cells: Vec<usize>, sky: &[SkyCell], weight: &impl Fn(&SkyCell) -> f32) -> Self {
+    /// Describes some cells, each with its weight.
+    pub(super) fn new(cells: Vec<usize>, sky: &[SkyCell], weight: &impl Fn(usize) -> f32) -> Self {
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);
         for &i in &cells {
-            sum += weight(&sky[i]) * sky[i].dir_world;
-            total += weight(&sky[i]);
+            sum += weight(i) * sky[i].dir_world;
+            total += weight(i);
         }
         let mean = sum / total.max(f32::MIN_POSITIVE);
         let solid_angle = cells.iter().map(|&i| sky[i].solid_angle).sum();
@@ -32,18 +32,18 @@ impl Region {
     }
 
     /// Two halves on both sides of the middle, across the direction of largest variance.
-    pub(super) fn split(self, sky: &[SkyCell], weight: &impl Fn(&SkyCell) -> f32) -> [Self; 2] {
+    pub(super) fn split(self, sky: &[SkyCell], weight: &impl Fn(usize) -> f32) -> [Self; 2] {
         let mut total = 0.0;
         let mut mean = Vec3::ZERO;
         for &i in &self.cells {
-            mean += weight(&sky[i]) * sky[i].dir_world;
-            total += weight(&sky[i]);
+            mean += weight(i) * sky[i].dir_world;
+            total += weight(i);
         }
         mean /= total.max(f32::MIN_POSITIVE);
         let mut covariance = Mat3::ZERO;
         for &i in &self.cells {
             let d = sky[i].dir_world - mean;
-            covariance += Mat3::from_cols(d * d.x, d * d.y, d * d.z) * weight(&sky[i]);
+            covariance += Mat3::from_cols(d * d.x, d * d.y, d * d.z) * weight(i);
         }
         let mut axis = self.dir_world.any_orthonormal_vector() + 0.3 * self.dir_world.any_orthonormal_pair().1;
         for _ in 0..16 {
@@ -94,7 +94,7 @@ pub(super) fn clipped_regions(sky: &[SkyCell], up_world: Vec3) -> Vec<Region> {
             && (cell.clipped + cell.limited).max_element() > LEAST_CLIPPED_SHARE * cell.seen.max_element()
     };
     let cells: Vec<usize> = (0..sky.len()).filter(|&i| is_clipped(&sky[i])).collect();
-    let weight = |cell: &SkyCell| cell.solid_angle;
+    let weight = |i: usize| sky[i].solid_angle;
     let mut regions: Vec<Region> =
         connected(&cells, sky).into_iter().map(|group| Region::new(group, sky, &weight)).collect();
     regions.sort_by(|a, b| b.solid_angle.total_cmp(&a.solid_angle));

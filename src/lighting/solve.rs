@@ -1,6 +1,7 @@
 //! Camera picture + what stands on the desk → how bright the clipped lights are.
 
 use super::{
+    find::{FoundLight, find_lights},
     least_squares::NormalEquations,
     meter::{Desk, Meter, MeterPoint, MirrorBall, Paper, Surface, brightness},
     ray_cast::PhantomSolid,
@@ -67,21 +68,23 @@ pub struct SolvedLight {
 }
 
 impl SolvedLight {
-    pub fn irradiance_from_above(&self, normal_world: Vec3) -> Vec3 {
-        let lit = self.sky.iter().zip(&self.gains).map(|(cell, gain)| {
-            let up = f32::from(u8::from(cell.dir_world.y > 0.0));
-            cell.radiance(*gain) * (up * cell.solid_angle * cell.dir_world.dot(normal_world).max(0.0))
-        });
-        lit.sum::<Vec3>() / PI
+    /// The sky in small pieces: direction (world space, unit), steradian, radiance in linear camera units with clipped light
+    /// recovered.
+    pub fn sky(&self) -> impl Iterator<Item = (Vec3, f32, Vec3)> {
+        self.sky.iter().zip(&self.gains).map(|(cell, gain)| (cell.dir_world, cell.solid_angle, cell.radiance(*gain)))
     }
 
     /// Irradiance ÷ π at a surface that sees all of the sky about its normal (world space, unit), linear camera units: what a
     /// white surface of that orientation would shine with.
     pub fn irradiance(&self, normal_world: Vec3) -> Vec3 {
-        let lit = self.sky.iter().zip(&self.gains).map(|(cell, gain)| {
-            cell.radiance(*gain) * (cell.solid_angle * cell.dir_world.dot(normal_world).max(0.0))
-        });
+        let lit =
+            self.sky().map(|(dir, solid_angle, radiance)| radiance * (solid_angle * dir.dot(normal_world).max(0.0)));
         lit.sum::<Vec3>() / PI
+    }
+
+    /// Compact parts of the sky that are much brighter than the rest, strongest first.
+    pub fn lights(&self) -> Vec<FoundLight> {
+        find_lights(&self.sky, &self.gains)
     }
 }
 
@@ -100,6 +103,8 @@ const DARKEST: f32 = 0.08;
 const PAPER_WEIGHT: f64 = 6.0;
 /// Weight of the prior, least extra light: 1 is as much as one point.
 const PRIOR: f64 = 1.0;
+/// Weight of the prior that regions that touch have the same gain.
+const SMOOTHNESS: f64 = 10.0;
 /// Weight of the prior that lights have the color of the light as a whole.
 const COLOR_PRIOR: f64 = 20.0;
 /// Rounds in which surfaces are told apart, outliers are weighted down and the light is solved.
@@ -112,19 +117,30 @@ const TRACE_ANEW: f32 = 0.05;
 /// `None` if the ball or every sheet of paper is out of view.
 pub fn solve_light(picture: &DeskPicture, cache: &mut SolverCache) -> Option<SolvedLight> {
     let view = BallView::new(picture.camera_from_world.transform_point3(picture.ball.center), picture.ball.radius)?;
-    let ball_picture = BallPicture {
-        frame: &picture.frame,
-        intrinsics: &picture.intrinsics,
-        ball: &view,
-        reflectance: picture.ball.reflectance,
-        camera_from_world: &picture.camera_from_world,
-    };
-    let sky = ball_picture.sky(SKY_EDGE);
+    let sky = ball_picture(picture, &view).sky(SKY_EDGE);
     let up_world = picture.papers.first()?.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
     let regions = clipped_regions(&sky, up_world);
     cache.prepare(picture, &sky);
     let problem = Problem::new(picture, &cache.meter, &sky, &regions);
     problem.solve(picture, up_world)
+}
+
+/// The sky of a picture in which nothing tells how bright clipped light is: it counts as white, times a gain by the cosine to `up_world`.
+pub(super) fn unsolved_light(picture: &DeskPicture, gain: Vec3, up_world: Vec3) -> Option<SolvedLight> {
+    let view = BallView::new(picture.camera_from_world.transform_point3(picture.ball.center), picture.ball.radius)?;
+    let sky = ball_picture(picture, &view).sky(SKY_EDGE);
+    let gains = sky.iter().map(|cell| 1.0 + (gain - 1.0) * cell.dir_world.dot(up_world).max(0.0)).collect();
+    Some(SolvedLight { gains, sky, ..default() })
+}
+
+fn ball_picture<'a>(picture: &'a DeskPicture, view: &'a BallView) -> BallPicture<'a> {
+    BallPicture {
+        frame: &picture.frame,
+        intrinsics: &picture.intrinsics,
+        ball: view,
+        reflectance: picture.ball.reflectance,
+        camera_from_world: &picture.camera_from_world,
+    }
 }
 
 impl SolverCache {
@@ -138,8 +154,7 @@ impl SolverCache {
                 && ball.radius == picture.ball.radius
                 && papers.len() == picture.papers.len()
                 && papers.iter().zip(&picture.papers).all(|(a, b)| {
-                    a.size == b.size
-                        && a.world_from_marker.translation.distance(b.world_from_marker.translation) < 2e-3
+                    a.size == b.size && a.world_from_marker.translation.distance(b.world_from_marker.translation) < 2e-3
                 })
                 && Arc::ptr_eq(phantoms, &picture.phantoms)
                 && near(&camera.inverse(), &picture.camera_from_world.inverse())
@@ -174,11 +189,21 @@ struct Problem<'a> {
     regions: &'a [Region],
     /// Per region, the extra gain from which on limited light grows no more.
     limits: Vec<[f64; 4]>,
+    /// Regions that touch: parts of one window, mostly.
+    neighbors: Vec<(usize, usize)>,
     equations: Vec<Equation>,
 }
 
 /// Gray: the mean of the channels.
 const GRAY: usize = 3;
+
+fn neighbors(regions: &[Region]) -> Vec<(usize, usize)> {
+    let is_near = |a: &Region, b: &Region| a.dir_world.distance(b.dir_world) < 2.0 * (a.spread + b.spread);
+    (0..regions.len())
+        .flat_map(|r| (r + 1..regions.len()).map(move |s| (r, s)))
+        .filter(|&(r, s)| is_near(&regions[r], &regions[s]))
+        .collect()
+}
 
 fn mean_limit(region: &Region, sky: &[SkyCell]) -> [f64; 4] {
     let (mut sum, mut total) = (Vec3::ZERO, Vec3::ZERO);
@@ -239,7 +264,7 @@ impl<'a> Problem<'a> {
             });
         }
         let limits = regions.iter().map(|region| mean_limit(region, sky)).collect();
-        Self { sky, regions, limits, equations }
+        Self { sky, regions, limits, neighbors: neighbors(regions), equations }
     }
 
     /// Irradiance with clipped light raised.
@@ -264,9 +289,6 @@ impl<'a> Problem<'a> {
         let mut inverse_albedos: Vec<f64> = Vec::new();
         let mut weights = vec![1.0; self.equations.len()];
         x = self.solve_channel(GRAY, &x, &inverse_albedos, &weights, None).0;
-        if std::env::var("LDBG").is_ok() {
-            eprintln!("regions {} points {} x0 {:?}", regions, self.equations.len(), x);
-        }
         let mut equations = NormalEquations::new(0);
         for _ in 0..ROUNDS {
             inverse_albedos = self.classify(&x);
@@ -415,8 +437,12 @@ impl<'a> Problem<'a> {
             system.add(&row, wanted, own * robust / (UNCERTAINTY * scale).powi(2));
         }
         let factor = if prior.is_some() { COLOR_PRIOR } else { 1.0 };
-        for (r, weight) in self.priors(channel).into_iter().enumerate() {
+        let priors = self.priors(channel);
+        for (r, weight) in priors.iter().enumerate() {
             system.add(&[(r, 1.0)], prior.map_or(0.0, |prior| prior[r]), factor * weight);
+        }
+        for &(r, s) in &self.neighbors {
+            system.add(&[(r, 1.0), (s, -1.0)], 0.0, SMOOTHNESS * priors[r].min(priors[s]));
         }
         for k in 0..inverse_albedos.len() {
             system.add(&[(regions + k, 1.0)], 2.0, 1e-6);
@@ -560,7 +586,13 @@ fn two_albedos(logs: &[f64]) -> Option<f64> {
     // Tails are shadows and shine, no albedos.
     let n = sorted.len();
     let core = &sorted[n / 20..n - n / 20];
-    let sums: Vec<f64> = core.iter().scan(0.0, |sum, v| { *sum += v; Some(*sum) }).collect();
+    let sums: Vec<f64> = core
+        .iter()
+        .scan(0.0, |sum, v| {
+            *sum += v;
+            Some(*sum)
+        })
+        .collect();
     let (total, count) = (*sums.last()?, core.len() as f64);
     // Otsu 1979: the border with the largest variance between the groups.
     let best = (core.len() / 10..core.len() - core.len() / 10).max_by(|&i, &j| {
@@ -582,10 +614,8 @@ fn two_albedos(logs: &[f64]) -> Option<f64> {
     }
     let ((low, low_scatter), (high, high_scatter)) = (scatter(left), scatter(right));
     let gap = high - low;
-    if std::env::var("LDBG").is_ok() {
-        eprintln!("  two? n {n} gap {gap:.3} scatter {low_scatter:.3} {high_scatter:.3} shares {} {}", left.len(), right.len());
-    }
-    (gap > LEAST_CONTRAST.0 && gap > LEAST_CONTRAST.1 * 0.5 * (low_scatter + high_scatter)).then_some(0.5 * (low + high))
+    (gap > LEAST_CONTRAST.0 && gap > LEAST_CONTRAST.1 * 0.5 * (low_scatter + high_scatter))
+        .then_some(0.5 * (low + high))
 }
 
 /// Mean radiance of each phantom where the picture shows it; below the horizon's where it does not.
@@ -601,14 +631,13 @@ fn phantom_colors(picture: &DeskPicture, meter: &Meter, sky: &[SkyCell]) -> Vec<
             continue;
         };
         let pixel = picture.intrinsics.project(picture.camera_from_world.transform_point3(point.pos_world));
-        if let Some(pixel) = pixel.filter(|p| p.cmpge(Vec2::ZERO).all() && p.cmplt(picture.frame.size.as_vec2()).all()) {
+        if let Some(pixel) = pixel.filter(|p| p.cmpge(Vec2::ZERO).all() && p.cmplt(picture.frame.size.as_vec2()).all())
+        {
             sums[k].0 += picture.frame.linear(pixel.x as i32, pixel.y as i32);
             sums[k].1 += 1.0;
         }
     }
-    sums.into_iter()
-        .map(|(sum, count)| if count > 0.0 { sum / count } else { below / f32::max(total, 1e-6) })
-        .collect()
+    sums.into_iter().map(|(sum, count)| if count > 0.0 { sum / count } else { below / f32::max(total, 1e-6) }).collect()
 }
 
 /// Cells beside a region take its gain, since its edge runs through them: twice around.

@@ -38,8 +38,8 @@ pub use recovery::{ClipEvidence, ClipRecovery};
 
 pub(crate) use cube_directions::cube_directions;
 pub(crate) use cube_image::cube_image;
-pub(crate) use unwrap_pass::ClipGains;
 pub(crate) use recovery::{EDGE_MARGIN_PIXELS, gain_limits};
+pub(crate) use unwrap_pass::ClipGains;
 
 use crate::MirrorballSystems;
 use bevy::{prelude::*, transform::TransformSystems};

@@ -17,9 +17,9 @@ use bevy::{
         render_asset::RenderAssets,
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
-            ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, ShaderStages, ShaderType,
+            ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, ShaderStages, ShaderType, StorageBuffer,
             StorageTextureAccess, TextureFormat, TextureSampleType, TextureViewDescriptor, TextureViewDimension,
-            StorageBuffer, UniformBuffer,
+            UniformBuffer,
             binding_types::{storage_buffer_read_only, texture_2d, texture_storage_2d_array, uniform_buffer},
         },
         renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
@@ -202,7 +202,8 @@ fn prepare_unwraps(
         let mut uniform = UniformBuffer::from(uniform);
         uniform.set_label(Some("mirrorball_probe_unwrap_uniform"));
         uniform.write_buffer(&device, &queue);
-        let mut gain_list = StorageBuffer::from(gains.map_or_else(|| vec![Vec4::ONE; ClipGains::COUNT], |g| g.0.to_vec()));
+        let mut gain_list =
+            StorageBuffer::from(gains.map_or_else(|| vec![Vec4::ONE; ClipGains::COUNT], |g| g.0.to_vec()));
         gain_list.set_label(Some("mirrorball_probe_clip_gains"));
         gain_list.write_buffer(&device, &queue);
         let (Some(uniform), Some(gain_list)) = (uniform.binding(), gain_list.binding()) else {

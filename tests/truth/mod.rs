@@ -15,8 +15,7 @@ use std::{
     sync::Arc,
 };
 
-pub(crate) const ROOMS: [&str; 5] =
-    ["open_studio", "open_lebombo", "open_venice", "open_warehouse", "open_potsdamer"];
+pub(crate) const ROOMS: [&str; 5] = ["open_studio", "open_lebombo", "open_venice", "open_warehouse", "open_potsdamer"];
 
 pub(crate) fn vector(value: &Value) -> Vec3 {
     let number = |i: usize| value[i].as_f64().expect("three numbers") as f32;
@@ -75,11 +74,8 @@ pub(crate) fn phantoms(path: &Path, ball: &MirrorBall) -> Vec<PhantomSolid> {
             node.extras().as_ref().map_or(Value::Null, |text| serde_json::from_str(text.get()).expect("valid JSON"));
         let Some(phantom) = extras.get("PhantomObject") else { continue };
         let (translation, rotation, scale) = node.transform().decomposed();
-        let world = Affine3A::from_scale_rotation_translation(
-            scale.into(),
-            Quat::from_array(rotation),
-            translation.into(),
-        );
+        let world =
+            Affine3A::from_scale_rotation_translation(scale.into(), Quat::from_array(rotation), translation.into());
         for primitive in node.mesh().expect("a phantom has a mesh").primitives() {
             let positions = primitive.get(&gltf::Semantic::Positions).expect("positions");
             let positions: Vec<Vec3> = read(&positions)
@@ -87,7 +83,13 @@ pub(crate) fn phantoms(path: &Path, ball: &MirrorBall) -> Vec<PhantomSolid> {
                 .collect();
             let indices: Vec<usize> = match primitive.indices() {
                 Some(accessor) => read(&accessor)
-                    .map(|b| if b.len() == 2 { usize::from(u16::from_le_bytes([b[0], b[1]])) } else { u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize })
+                    .map(|b| {
+                        if b.len() == 2 {
+                            usize::from(u16::from_le_bytes([b[0], b[1]]))
+                        } else {
+                            u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize
+                        }
+                    })
                     .collect(),
                 None => (0..positions.len()).collect(),
             };
