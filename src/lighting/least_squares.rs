@@ -9,9 +9,9 @@ pub(super) struct NormalEquations {
 }
 
 /// Sweeps over all unknowns; each costs n².
-const MOST_SWEEPS: usize = 4000;
+const MOST_SWEEPS: usize = 500;
 /// Relative change of the largest unknown at which the sweeps end.
-const TOLERANCE: f64 = 1e-7;
+const TOLERANCE: f64 = 1e-6;
 
 impl NormalEquations {
     pub(super) fn new(unknowns: usize) -> Self {

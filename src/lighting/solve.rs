@@ -318,9 +318,10 @@ impl<'a> Problem<'a> {
             paper_ratio[channel] = self.paper_ratio(channel, &solved);
         }
         let residual = {
+            let open = self.open_irradiance(GRAY, &x);
             let (mut sum, mut total) = (0.0, 0.0);
             for (equation, weight) in self.equations.iter().zip(&weights) {
-                if let Some(r) = self.relative_error(equation, GRAY, &x, &inverse_albedos) {
+                if let Some(r) = self.relative_error(equation, GRAY, &x, &inverse_albedos, open) {
                     sum += weight * r * r;
                     total += weight;
                 }
@@ -485,21 +486,29 @@ impl<'a> Problem<'a> {
     }
 
     /// Relative difference of a point from its explanation.
-    fn relative_error(&self, equation: &Equation, channel: usize, x: &[f64], inverse_albedos: &[f64]) -> Option<f64> {
+    fn relative_error(
+        &self,
+        equation: &Equation,
+        channel: usize,
+        x: &[f64],
+        inverse_albedos: &[f64],
+        open: f64,
+    ) -> Option<f64> {
         let inverse = match equation.point.reflectance {
             Some(reflectance) => 1.0 / with_gray(reflectance)[channel],
             None => *inverse_albedos.get(equation.class?)?,
         };
         let irradiance = self.irradiance(equation, channel, x);
-        let scale = irradiance.max(f64::from(DARKEST) * self.open_irradiance(channel, x));
+        let scale = irradiance.max(f64::from(DARKEST) * open);
         let error = (equation.exitance[channel] * inverse - irradiance) / scale;
         error.is_finite().then_some(error)
     }
 
     /// Cauchy weights: texture and unmodeled light are outliers.
     fn robust_weights(&self, channel: usize, x: &[f64], inverse_albedos: &[f64]) -> Vec<f64> {
+        let open = self.open_irradiance(channel, x);
         let errors: Vec<Option<f64>> =
-            self.equations.iter().map(|e| self.relative_error(e, channel, x, inverse_albedos)).collect();
+            self.equations.iter().map(|e| self.relative_error(e, channel, x, inverse_albedos, open)).collect();
         let mut sizes: Vec<f64> = errors.iter().flatten().map(|e| e.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         let typical = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0).max(UNCERTAINTY);

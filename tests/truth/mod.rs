@@ -57,8 +57,25 @@ pub(crate) fn desk_picture(folder: &Path, room: &str) -> DeskPicture {
     }
 }
 
-/// The phantoms of a glTF file whose nodes lie flat at its root, without the one that stands for the ball.
-pub(crate) fn phantoms(path: &Path, ball: &MirrorBall) -> Vec<PhantomSolid> {
+/// The phantoms of a glTF file, without the one that stands for the ball.
+fn phantoms(path: &Path, ball: &MirrorBall) -> Vec<PhantomSolid> {
+    let solids = phantom_meshes(path).into_iter().map(|mesh| {
+        let mut solid = PhantomSolid::from_triangles(mesh.triangles).expect("triangles");
+        (solid.casts, solid.receives) = (mesh.casts, mesh.receives);
+        solid
+    });
+    solids.filter(|solid| !solid.is_within(ball.center, 1.1 * ball.radius)).collect()
+}
+
+/// A phantom's triangles in the marker's frame.
+pub(crate) struct PhantomMesh {
+    pub triangles: Vec<[Vec3; 3]>,
+    pub casts: bool,
+    pub receives: bool,
+}
+
+/// The phantoms of a glTF file whose nodes lie flat at its root.
+pub(crate) fn phantom_meshes(path: &Path) -> Vec<PhantomMesh> {
     let file = gltf::Gltf::open(path).expect("a glTF file");
     let bytes = file.blob.as_deref().expect("a binary chunk");
     let read = |accessor: &gltf::Accessor| {
@@ -94,12 +111,11 @@ pub(crate) fn phantoms(path: &Path, ball: &MirrorBall) -> Vec<PhantomSolid> {
                 None => (0..positions.len()).collect(),
             };
             let triangles = indices.chunks_exact(3).map(|t| [positions[t[0]], positions[t[1]], positions[t[2]]]);
-            let mut solid = PhantomSolid::from_triangles(triangles.collect()).expect("triangles");
-            solid.casts = phantom["casts"].as_bool().unwrap_or(true);
-            solid.receives = phantom["receives"].as_bool().unwrap_or(true);
-            if !solid.is_within(ball.center, 1.1 * ball.radius) {
-                solids.push(solid);
-            }
+            solids.push(PhantomMesh {
+                triangles: triangles.collect(),
+                casts: phantom["casts"].as_bool().unwrap_or(true),
+                receives: phantom["receives"].as_bool().unwrap_or(true),
+            });
         }
     }
     solids
