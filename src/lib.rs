@@ -29,6 +29,8 @@
 //!                       │        │ paper brightness       │ place of the ball
 //!                       │        ▼                        ▼
 //!                       ├──────► probe ─── raw cube ──► environment ── diffuse + glossy maps ──► every StandardMaterial
+//!                       │        ▲ gain per direction
+//!                       ├──────► lighting ── what the camera clipped, from the desk ──► real lights as entities
 //!                       │                    │
 //!  glTF ──► authoring ──┼─► stage            ▼
 //!                       │     └─ casters ─► shadows ── depth atlas + weight per direction

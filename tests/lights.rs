@@ -3,11 +3,12 @@
 mod shared_data;
 mod truth;
 
-use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
+use bevy::{asset::RenderAssetUsages, math::Affine3A, mesh::PrimitiveTopology, prelude::*};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     lighting::{
-        DeskPicture, LightingPlugin, RealLight, RecoveredLight, SelfCheck, SolvedLight, SolverCache, solve_light,
+        DeskPicture, LightingPlugin, MirrorBall, Paper, RealLight, RecoveredLight, SelfCheck, SolvedLight, SolverCache,
+        solve_light,
     },
     prelude::*,
     probe::ProbePlugin,
@@ -122,6 +123,99 @@ fn energies_hardly_vary_with_the_noise_of_the_camera() {
         let variance = keys.iter().map(|e| (e - mean).powi(2)).sum::<f32>() / keys.len() as f32;
         println!("{room}: key light {mean:.3} ± {:.2} %", 100.0 * variance.sqrt() / mean);
         assert!(variance.sqrt() <= ENERGY_VARIATION * mean);
+    }
+}
+
+/// So far from the marker that its shadow and its mirror light do not reach the paper.
+const BALL: MirrorBall = MirrorBall { center: Vec3::new(0.30, 0.05, 0.05), radius: 0.05, reflectance: 0.9 };
+/// Radiance of the paper in ray-traced pictures, camera units.
+const PAPER: f32 = 0.7;
+
+/// A marker's paper and a ball on an endless gray desk, ray-traced under some environment. The picture is exposed for the paper.
+fn ray_traced(environment: impl Fn(Vec3) -> Vec3) -> DeskPicture {
+    const SUBPIXELS: u32 = 4;
+    let size = UVec2::new(480, 270);
+    let intrinsics = Intrinsics { focal: Vec2::splat(492.0), center: size.as_vec2() / 2.0, size };
+    let pose = Transform::from_xyz(-0.05, 0.36, -0.42).looking_at(Vec3::new(0.15, 0.02, 0.02), Vec3::Y);
+    let eye = pose.translation;
+    let count = 200_000;
+    let cosine_sum: Vec3 = upper_hemisphere(count).map(|dir| environment(dir) * dir.y).sum();
+    let white = cosine_sum * 2.0 / count as f32;
+    let exposure = PAPER / (0.8 * white.max_element());
+    let (paper, desk) = (0.8 * exposure * white, 0.3 * exposure * white);
+    let radiance = |ray: Vec3| {
+        let to_ball = BALL.center - eye;
+        let along = to_ball.dot(ray);
+        let beside = along * along - to_ball.length_squared() + BALL.radius * BALL.radius;
+        if beside > 0.0 {
+            let normal = (ray * (along - beside.sqrt()) - to_ball).normalize();
+            let mirrored = ray.reflect(normal);
+            let light = if mirrored.y > 0.0 { exposure * environment(mirrored) } else { desk };
+            return BALL.reflectance * light;
+        }
+        if ray.y >= 0.0 {
+            return exposure * environment(ray);
+        }
+        let on_desk = eye - ray * (eye.y / ray.y);
+        if on_desk.x.abs().max(on_desk.z.abs()) < 0.0625 { paper } else { desk }
+    };
+    let rgba = (0..size.x * size.y).flat_map(|i| {
+        let corner = Vec2::new((i % size.x) as f32, (i / size.x) as f32);
+        let rays = (0..SUBPIXELS * SUBPIXELS).map(|k| {
+            let inside = (Vec2::new((k % SUBPIXELS) as f32, (k / SUBPIXELS) as f32) + 0.5) / SUBPIXELS as f32;
+            radiance(pose.rotation * intrinsics.ray(corner + inside))
+        });
+        // The sensor clips what has been gathered, not rays: a sun smaller than a pixel clips it.
+        let mean = (rays.sum::<Vec3>() / (SUBPIXELS * SUBPIXELS) as f32).min(Vec3::ONE);
+        let srgb = Color::linear_rgb(mean.x, mean.y, mean.z).to_srgba().to_u8_array();
+        [srgb[0], srgb[1], srgb[2], 255]
+    });
+    DeskPicture {
+        frame: Arc::new(FramePixels::new(size, rgba.collect()).expect("four bytes a pixel")),
+        intrinsics,
+        camera_from_world: pose.compute_affine().inverse(),
+        ball: BALL,
+        papers: vec![Paper { world_from_marker: Affine3A::IDENTITY, size: 0.1, reflectance: 0.8 }],
+        phantoms: Arc::default(),
+        max_gain: 1000.0,
+    }
+}
+
+/// Directions spread evenly over the upper hemisphere (Fibonacci lattice).
+fn upper_hemisphere(count: usize) -> impl Iterator<Item = Vec3> {
+    (0..count).map(move |i| {
+        let y = (i as f32 + 0.5) / count as f32;
+        let (sin, cos) = (i as f64 * 2.399_963_229_728_653).sin_cos();
+        let across = (1.0 - y * y).sqrt();
+        Vec3::new(across * cos as f32, y, across * sin as f32)
+    })
+}
+
+#[test]
+fn the_suns_of_ray_traced_balls_are_found_and_none_is_invented() {
+    let found = |environment: &dyn Fn(Vec3) -> Vec3| {
+        let picture = ray_traced(environment);
+        let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
+        solved.lights()
+    };
+    let overcast = |dir: Vec3| Vec3::splat((1.0 + 2.0 * dir.y.max(0.0)) / 3.0);
+    assert_eq!(found(&|_| Vec3::ONE), [], "a uniform sky has no lights");
+    assert_eq!(found(&overcast), [], "an overcast sky has no lights");
+    let suns = [Vec3::new(0.5, 0.6, 0.7), Vec3::new(-0.8, 0.35, 0.3)].map(Vec3::normalize);
+    let lights = found(&|dir| {
+        let sky = Vec3::new(0.2, 0.3, 0.5);
+        match suns.map(|sun| dir.angle_between(sun)) {
+            [a, _] if a < 0.03 => Vec3::new(900.0, 800.0, 600.0),
+            [_, b] if b < 0.03 => Vec3::splat(700.0),
+            _ => sky,
+        }
+    });
+    assert_eq!(lights.len(), 2, "{lights:?}");
+    for sun in suns {
+        let degrees =
+            lights.iter().map(|light| light.direction.angle_between(sun).to_degrees()).fold(f32::MAX, f32::min);
+        println!("sun {degrees:.2}° off");
+        assert!(degrees <= KEY_LIGHT_DEGREES);
     }
 }
 

@@ -26,7 +26,7 @@ const LEAST_OVER_MEAN: f32 = 2.5;
 /// Wider groups of cells (root mean square, radians) are split when that leaves little variance.
 const SPLIT_FROM: f32 = 0.12;
 /// Parts of a group are lights of their own if their variance falls below this share.
-const SPLIT_GAIN: f32 = 0.35;
+const SPLIT_GAIN: f32 = 0.45;
 /// A light is this many times as bright as what surrounds it; a wide bright sky is none.
 const LEAST_OVER_SURROUNDINGS: f32 = 2.5;
 /// How far the surroundings reach from a light's rim, radians.
@@ -44,63 +44,76 @@ fn luminance(radiance: Vec3) -> f32 {
     radiance.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
+/// Rounds: what is left beside the lights found so far is looked at with its own, lower mean.
+const ROUNDS: usize = 4;
+
 /// The lights of a sky whose clipped parts have been recovered, strongest first.
 ///
 /// Cells well above the median and the mean are grouped, groups are split where that leaves little of their variance (as median
-/// cut does with its boxes), and what lies close together is merged.
+/// cut does with its boxes), and what lies close together is merged. Then the same again without them, for fainter lights.
 pub(super) fn find_lights(sky: &[SkyCell], gains: &[Vec3]) -> Vec<FoundLight> {
     let radiance: Vec<Vec3> = sky.iter().zip(gains).map(|(cell, gain)| cell.radiance(*gain)).collect();
     let brightness: Vec<f32> = radiance.iter().map(|r| luminance(*r)).collect();
-    let total: f32 = brightness.iter().zip(sky).map(|(b, cell)| b * cell.solid_angle).sum();
-    let solid_angle: f32 = sky.iter().map(|cell| cell.solid_angle).sum();
-    if !(total > 0.0) || !(solid_angle > 0.0) {
-        return Vec::new();
-    }
+    let energy = |i: usize| brightness[i] * sky[i].solid_angle;
+    let total: f32 = (0..sky.len()).map(energy).sum();
     let mut sorted = brightness.clone();
     sorted.sort_by(f32::total_cmp);
-    let median = sorted[sorted.len() / 2];
-    let threshold = (LEAST_CONTRAST * median).max(LEAST_OVER_MEAN * total / solid_angle);
-    let bright: Vec<usize> = (0..sky.len()).filter(|&i| brightness[i] > threshold).collect();
-    // Cells are told by their place, so that weights can be looked up.
-    let excess = |i: usize| (brightness[i] - 0.5 * threshold) * sky[i].solid_angle;
-    let mut groups: Vec<Region> =
-        connected(&bright, sky).into_iter().map(|cells| Region::new(cells, sky, &excess)).collect();
+    let Some(median) = sorted.get(sorted.len() / 2).copied().filter(|_| total > 0.0) else {
+        return Vec::new();
+    };
+    let mut rest: Vec<usize> = (0..sky.len()).collect();
+    let mut lights = Vec::new();
+    for _ in 0..ROUNDS {
+        let (sum, solid_angle) = rest.iter().fold((0.0, 0.0), |(e, s), &i| (e + energy(i), s + sky[i].solid_angle));
+        let threshold = (LEAST_CONTRAST * median).max(LEAST_OVER_MEAN * sum / f32::max(solid_angle, 1e-6));
+        let bright: Vec<usize> = rest.iter().copied().filter(|&i| brightness[i] > threshold).collect();
+        if bright.is_empty() {
+            break;
+        }
+        let excess = |i: usize| (brightness[i] - 0.5 * threshold) * sky[i].solid_angle;
+        let mut parts = split_groups(connected(&bright, sky), sky, &excess);
+        merge(&mut parts, sky, &excess);
+        for part in parts {
+            let radius = part.spread * std::f32::consts::SQRT_2;
+            let irradiance: Vec3 = part.cells.iter().map(|&i| radiance[i] * sky[i].solid_angle).sum();
+            let light = FoundLight {
+                direction: part.dir_world,
+                irradiance,
+                angular_radius: radius.max(SMALLEST_RADIUS),
+                share: luminance(irradiance) / total,
+            };
+            if light.share >= LEAST_SHARE && light.direction != Vec3::ZERO && stands_out(&part, sky, &brightness) {
+                lights.push(light);
+            }
+            // Its halo is no light either.
+            rest.retain(|&i| {
+                sky[i].dir_world.angle_between(part.dir_world) > radius + MERGE_WITHIN && !part.cells.contains(&i)
+            });
+        }
+    }
+    lights.sort_by(|a, b| b.share.total_cmp(&a.share));
+    lights.truncate(MOST_LIGHTS);
+    lights
+}
+
+fn split_groups(groups: Vec<Vec<usize>>, sky: &[SkyCell], weight: &impl Fn(usize) -> f32) -> Vec<Region> {
+    let mut groups: Vec<Region> = groups.into_iter().map(|cells| Region::new(cells, sky, weight)).collect();
+    let sum = |region: &Region| region.cells.iter().map(|&i| weight(i)).sum::<f32>();
     let mut parts = Vec::new();
     while let Some(group) = groups.pop() {
-        let (spread, cells) = (group.spread, group.cells.len());
-        if spread <= SPLIT_FROM || cells < 2 {
+        if group.spread <= SPLIT_FROM || group.cells.len() < 2 {
             parts.push(group);
             continue;
         }
-        let weight = |region: &Region| region.cells.iter().map(|&i| excess(i)).sum::<f32>();
-        let whole = group.clone();
-        let [a, b] = group.split(sky, &excess);
-        let left =
-            (weight(&a) * a.spread.powi(2) + weight(&b) * b.spread.powi(2)) / weight(&whole).max(f32::MIN_POSITIVE);
-        if a.cells.is_empty() || b.cells.is_empty() || left > SPLIT_GAIN * spread * spread {
-            parts.push(whole);
+        let [a, b] = group.clone().split(sky, weight);
+        let left = (sum(&a) * a.spread.powi(2) + sum(&b) * b.spread.powi(2)) / sum(&group).max(f32::MIN_POSITIVE);
+        if a.cells.is_empty() || b.cells.is_empty() || left > SPLIT_GAIN * group.spread.powi(2) {
+            parts.push(group);
         } else {
             groups.extend([a, b]);
         }
     }
-    merge(&mut parts, sky, &excess);
-    parts.retain(|part| stands_out(part, sky, &brightness));
-    let mut lights: Vec<FoundLight> = parts
-        .into_iter()
-        .map(|part| {
-            let irradiance: Vec3 = part.cells.iter().map(|&i| radiance[i] * sky[i].solid_angle).sum();
-            FoundLight {
-                direction: part.dir_world,
-                irradiance,
-                angular_radius: (part.spread * std::f32::consts::SQRT_2).max(SMALLEST_RADIUS),
-                share: luminance(irradiance) / total,
-            }
-        })
-        .filter(|light| light.share >= LEAST_SHARE && light.direction != Vec3::ZERO)
-        .collect();
-    lights.sort_by(|a, b| b.share.total_cmp(&a.share));
-    lights.truncate(MOST_LIGHTS);
-    lights
+    parts
 }
 
 /// Whether a part is compact: much brighter than a ring around it.

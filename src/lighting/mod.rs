@@ -19,13 +19,33 @@
 //! anew in each round. Unknowns are not negative; what no equation says stays at the least extra light, with the color of the light
 //! as a whole. Outliers (fireflies, prints, edges) lose their weight by their distance (Cauchy).
 //!
+//! # Lights
+//! A [`RealLight`] is a compact part of the recovered sky, at least 2.5 times as bright as what surrounds it and four times the median; wide bright
+//! skies and walls are none. Groups of bright cells are split where that leaves little of their variance and merged where they are close. A
+//! light keeps its number and entity while it moves by less than 20° from picture to picture; it appears with 3 % of all light, stays down
+//! to 1 %, and vanishes after five pictures without it. [`RealLightAppeared`] and [`RealLightVanished`] tell of it.
+//!
+//! # Self-check
+//! Each new picture of the ball is compared with a virtual ball that mirrors the light shown until then: [`SelfCheck`].
+//!
+//! # Measured
+//! Path-traced desks under five measured rooms, error of a composite on virtual objects and in their shadows (0: as if really there,
+//! shadow 1: none drawn):
+//!
+//! | room | clipped = white | paper | desk |
+//! |---|---|---|---|
+//! TABLE
+//!
 //! # Cost
-//! On a thread in the background, one picture at a time; rays are traced anew only when something has moved. In lockstep feeds the frame waits for
-//! the answer.
+//! On a thread in the background, one picture at a time: some 500 points × 6144 directions. Rays are traced anew only when something has
+//! moved by millimetres or the camera by 5 cm. In lockstep feeds the frame waits for the answer.
 //!
 //! # Limits
-//! The real things on the desk have to be phantoms: a shadow without a phantom looks like a dark spot. Light between things other than
-//! the ball's mirror light is not modeled. Lights are taken to be far away.
+//! The real things on the desk have to be phantoms: a shadow without a phantom looks like a dark spot, and with none in view the paper alone
+//! tells. Light between things other than the ball's mirror light is not modeled. Lights are taken to be far away, so
+//! [`RealLight::position`] stays unknown. What the camera clips in part of a channel's paper is not used in that channel.
+//!
+//! Sources: Debevec et al. 2012; Supan 2006 (row C7) for lights out of an environment map.
 
 mod find;
 mod least_squares;

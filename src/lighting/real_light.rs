@@ -176,10 +176,8 @@ mod tests {
         let probe = world.query_filtered::<Entity, With<RecoveredLight>>().iter(world).next();
         let news =
             RecoveredLight { sequence, light: Arc::default(), lights, is_solved: true, cpu_time: Duration::ZERO };
-        match probe {
-            Some(probe) => world.entity_mut(probe).insert(news),
-            None => world.spawn(news),
-        };
+        let probe = probe.unwrap_or_else(|| world.spawn_empty().id());
+        world.entity_mut(probe).insert(news);
         app.update();
     }
 
