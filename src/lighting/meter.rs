@@ -79,15 +79,20 @@ const LEAST_VIEW_COSINE: f32 = 0.2;
 const FARTHEST_MIRRORING: f32 = 6.0;
 
 impl Meter {
-    /// Picks points in view of the camera and traces what they see.
-    pub(super) fn new(desk: Desk, intrinsics: &Intrinsics, camera_from_world: &Affine3A, sky: &[SkyCell]) -> Self {
+    /// Picks points in view of the camera and traces what they see. Takes the memory of an earlier table.
+    pub(super) fn new(
+        mut memory: Vec<f32>,
+        desk: Desk,
+        intrinsics: &Intrinsics,
+        camera_from_world: &Affine3A,
+        sky: &[SkyCell],
+    ) -> Self {
         let mut points = paper_points(desk);
+        let most = points.len() + MOST_POINTS;
         points.extend(phantom_points(desk, intrinsics, camera_from_world));
-        let mut meter = Self {
-            weights: Vec::with_capacity(points.len() * sky.len()),
-            hidden: Vec::with_capacity(points.len()),
-            points,
-        };
+        memory.clear();
+        memory.reserve_exact(most * sky.len());
+        let mut meter = Self { weights: memory, hidden: Vec::with_capacity(points.len()), points };
         for i in 0..meter.points.len() {
             meter.trace(i, desk, sky);
         }

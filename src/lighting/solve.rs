@@ -163,7 +163,9 @@ impl SolverCache {
             return;
         }
         let desk = Desk { ball: picture.ball, papers: &picture.papers, phantoms: &picture.phantoms };
-        self.meter = Meter::new(desk, &picture.intrinsics, &picture.camera_from_world, sky);
+        // The table is megabytes: its memory serves again.
+        let memory = std::mem::take(&mut self.meter.weights);
+        self.meter = Meter::new(memory, desk, &picture.intrinsics, &picture.camera_from_world, sky);
         self.made_for =
             Some((picture.ball, picture.papers.clone(), picture.phantoms.clone(), picture.camera_from_world));
     }

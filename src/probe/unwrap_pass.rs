@@ -172,6 +172,7 @@ fn init_unwrap_pipeline(mut commands: Commands, asset_server: Res<AssetServer>, 
 struct PreparedUnwraps {
     due: Vec<BindGroup>,
     made_from: HashMap<AssetId<Image>, (u64, ProbeView, Option<ClipGains>)>,
+    gain_lists: HashMap<AssetId<Image>, StorageBuffer<Vec<Vec4>>>,
 }
 
 fn prepare_unwraps(
@@ -183,7 +184,9 @@ fn prepare_unwraps(
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
 ) {
+    let prepared = &mut *prepared;
     prepared.due.clear();
+    prepared.gain_lists.retain(|id, _| probes.0.iter().any(|probe| probe.cube == *id));
     prepared.made_from.retain(|id, _| probes.0.iter().any(|probe| probe.cube == *id));
     if pipeline_cache.get_compute_pipeline(pipeline.id).is_none() {
         return;
@@ -202,9 +205,14 @@ fn prepare_unwraps(
         let mut uniform = UniformBuffer::from(uniform);
         uniform.set_label(Some("mirrorball_probe_unwrap_uniform"));
         uniform.write_buffer(&device, &queue);
-        let mut gain_list =
-            StorageBuffer::from(gains.map_or_else(|| vec![Vec4::ONE; ClipGains::COUNT], |g| g.0.to_vec()));
-        gain_list.set_label(Some("mirrorball_probe_clip_gains"));
+        let gain_list = prepared.gain_lists.entry(probe.cube).or_insert_with(|| {
+            let mut list = StorageBuffer::from(vec![Vec4::ONE; ClipGains::COUNT]);
+            list.set_label(Some("mirrorball_probe_clip_gains"));
+            list
+        });
+        if let Some(gains) = gains {
+            gain_list.get_mut().copy_from_slice(&gains.0);
+        }
         gain_list.write_buffer(&device, &queue);
         let (Some(uniform), Some(gain_list)) = (uniform.binding(), gain_list.binding()) else {
             continue;
