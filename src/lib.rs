@@ -29,6 +29,8 @@
 //!                       │        │ paper brightness       │ place of the ball
 //!                       │        ▼                        ▼
 //!                       ├──────► probe ─── raw cube ──► environment ── diffuse + glossy maps ──► every StandardMaterial
+//!                       │        ▲ gain per direction
+//!                       ├──────► lighting ── what the camera clipped, from the desk ──► real lights as entities
 //!                       │                    │
 //!  glTF ──► authoring ──┼─► stage            ▼
 //!                       │     └─ casters ─► shadows ── depth atlas + weight per direction
@@ -74,6 +76,7 @@ pub mod tracking;
 pub mod stage;
 pub mod probe;
 pub mod environment;
+pub mod lighting;
 pub mod shadows;
 pub mod materials;
 pub mod authoring;
@@ -90,6 +93,7 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 /// | [`stage::StagePlugin`] | tells real from virtual |
 /// | [`probe::ProbePlugin`] | mirrored ball → environment cube |
 /// | [`environment::EnvironmentPlugin`] | environment cube → light on every `StandardMaterial` |
+/// | [`lighting::LightingPlugin`] | what the camera clipped, from what stands on the desk |
 /// | [`shadows::ShadowsPlugin`] | dome of shadow directions |
 /// | [`materials::MaterialsPlugin`] | phantoms, image-based surfaces, toons |
 /// | [`authoring::AuthoringPlugin`] | glTF extras → components |
@@ -107,6 +111,7 @@ impl PluginGroup for MirrorballPlugins {
             .add(stage::StagePlugin)
             .add(probe::ProbePlugin)
             .add(environment::EnvironmentPlugin)
+            .add(lighting::LightingPlugin)
             .add(shadows::ShadowsPlugin)
             .add(materials::MaterialsPlugin)
             .add(authoring::AuthoringPlugin)

@@ -119,15 +119,15 @@ fn inside(mask: &FramePixels, value: u8, margin: i32) -> Vec<usize> {
         .collect()
 }
 
-/// Limits on two rooms without small strong lamps; the closing figures are 0.18 and 0.11, 0.35 and 0.24. Light that is turned,
-/// mirrored, missing or scaled by a fifth exceeds them.
+/// Limits on a room with small strong lamps, one with a clipped sunset and one under a plain sky. Light that is turned, mirrored,
+/// missing or scaled by a fifth exceeds them; with one gain for all clipped light the studio's objects are off by 0.38.
 const MAX_OBJECT_ERROR: f32 = 0.2;
 const MAX_SHADOW_ERROR: f32 = 0.5;
 
 #[test]
 fn composites_come_close_to_the_picture_with_the_objects_really_there() {
     let Some(folder) = shared_data::find("ar_truth") else { return };
-    for room in ["open_venice", "open_potsdamer"] {
+    for room in ["open_studio", "open_venice", "open_potsdamer"] {
         let file = |end: &str| folder.join(format!("{room}{end}"));
         let k: serde_json::Value =
             serde_json::from_slice(&std::fs::read(file(".json")).expect("sidecar")).expect("valid JSON");

@@ -3,6 +3,7 @@
 use crate::{
     MirrorballSystems,
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, FeedStatistics},
+    lighting::{RecoveredLight, SelfCheck},
     probe::ProbeMeasurement,
     tracking::DetectedMarkers,
 };
@@ -26,6 +27,12 @@ pub const DECODE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/decode"
 pub const DETECT: DiagnosticPath = DiagnosticPath::const_new("mirrorball/detect");
 /// Milliseconds to measure ball and paper.
 pub const MEASURE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/measure");
+/// Milliseconds to recover clipped light and to find lights.
+pub const RECOVER: DiagnosticPath = DiagnosticPath::const_new("mirrorball/recover");
+/// Difference of a virtual ball from the real one, root mean square, percent of the sRGB-encoded range.
+pub const BALL_ERROR: DiagnosticPath = DiagnosticPath::const_new("mirrorball/ball_error");
+/// Degrees between the strongest light and its picture in the real ball.
+pub const KEY_LIGHT_ANGLE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/key_light_angle");
 /// Milliseconds from the capture of a picture until the GPU has finished the frame lit by it. Not measured in
 /// [lockstep](FeedPace::Lockstep), where pictures have the time of their recording.
 ///
@@ -37,12 +44,14 @@ pub struct FeedDiagnosticsPlugin;
 
 impl Plugin for FeedDiagnosticsPlugin {
     fn build(&self, app: &mut App) {
-        for path in [DECODE, DETECT, MEASURE, LIGHTING_AGE] {
+        for path in [DECODE, DETECT, MEASURE, RECOVER, LIGHTING_AGE] {
             app.register_diagnostic(Diagnostic::new(path).with_suffix(" ms"));
         }
         app.register_diagnostic(Diagnostic::new(CAPTURE_RATE).with_suffix(" /s"))
             .register_diagnostic(Diagnostic::new(DROPPED))
-            .add_systems(PostUpdate, note_stages.after(MirrorballSystems::Measure));
+            .register_diagnostic(Diagnostic::new(BALL_ERROR).with_suffix(" %"))
+            .register_diagnostic(Diagnostic::new(KEY_LIGHT_ANGLE).with_suffix("°"))
+            .add_systems(PostUpdate, (note_stages, note_light).after(MirrorballSystems::Measure));
         let finished = FinishedFrames::default();
         app.insert_resource(finished.clone()).add_systems(First, note_lighting_age);
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
@@ -79,6 +88,22 @@ fn note_stages(
     }
     if let Some(probe) = probes.iter().find(|probe| probe.sequence == frame.sequence) {
         diagnostics.add_measurement(&MEASURE, || milliseconds(probe.cpu_time));
+    }
+}
+
+fn note_light(
+    mut diagnostics: Diagnostics,
+    recovered: Query<&RecoveredLight, Changed<RecoveredLight>>,
+    checks: Query<&SelfCheck, Changed<SelfCheck>>,
+) {
+    if let Some(light) = recovered.iter().next() {
+        diagnostics.add_measurement(&RECOVER, || milliseconds(light.cpu_time));
+    }
+    if let Some(check) = checks.iter().next() {
+        diagnostics.add_measurement(&BALL_ERROR, || f64::from(100.0 * check.rmse));
+        if let Some(angle) = check.key_light_angle {
+            diagnostics.add_measurement(&KEY_LIGHT_ANGLE, || f64::from(angle.to_degrees()));
+        }
     }
 }
 

@@ -10,6 +10,9 @@
 //! | [`DECODE`] | ms | file or camera bytes → pixels; in the background |
 //! | [`DETECT`] | ms | search for markers; in the background for live feeds |
 //! | [`MEASURE`] | ms | ball and paper, on the main thread |
+//! | [`RECOVER`] | ms | clipped light and lights; in the background for live feeds |
+//! | [`BALL_ERROR`] | % | root mean square difference of a virtual ball from the real one, of the sRGB range |
+//! | [`KEY_LIGHT_ANGLE`] | ° | between the strongest light and its picture in the real ball |
 //! | [`LIGHTING_AGE`] | ms | from the capture of a picture until the GPU has finished the frame lit by it |
 //!
 //! One value per new picture; those of the first [`ArCamera`](crate::camera::ArCamera). The passes on the GPU (ball → cube,
@@ -24,6 +27,9 @@ mod panel;
 mod sky_view;
 
 pub use checklist::{Check, CheckLevel, Checklist};
-pub use diagnostics::{CAPTURE_RATE, DECODE, DETECT, DROPPED, FeedDiagnosticsPlugin, LIGHTING_AGE, MEASURE};
+pub use diagnostics::{
+    BALL_ERROR, CAPTURE_RATE, DECODE, DETECT, DROPPED, FeedDiagnosticsPlugin, KEY_LIGHT_ANGLE, LIGHTING_AGE, MEASURE,
+    RECOVER,
+};
 #[cfg(feature = "egui")]
 pub use panel::{MeasuringPanel, MeasuringPanelPlugin};

@@ -1,7 +1,7 @@
 //! The measuring panel: what the camera sees, what was measured in it, what it cost, and how each entity looks.
 
 use super::{
-    CheckLevel, Checklist, DECODE, DETECT, LIGHTING_AGE, MEASURE,
+    BALL_ERROR, CheckLevel, Checklist, DECODE, DETECT, KEY_LIGHT_ANGLE, LIGHTING_AGE, MEASURE, RECOVER,
     sky_view::{SKY_WIDTH, SkyView, request_cube},
 };
 use crate::{
@@ -60,11 +60,14 @@ impl Default for MeasuringPanel {
 }
 
 /// The diagnostics of the stages and how the panel calls them.
-const STAGES: [(&DiagnosticPath, &str); 4] = [
+const STAGES: [(&DiagnosticPath, &str); 7] = [
     (&DECODE, "decode"),
     (&DETECT, "find markers"),
     (&MEASURE, "measure ball, paper"),
+    (&RECOVER, "recover clipped light"),
     (&LIGHTING_AGE, "lighting age"),
+    (&BALL_ERROR, "virtual ball's error"),
+    (&KEY_LIGHT_ANGLE, "key light's error"),
 ];
 
 /// The passes on the GPU, by what follows `render/mirrorball_` in their diagnostics.
@@ -170,12 +173,16 @@ fn draw_styles(ui: &mut egui::Ui, styles: &mut Query<StyledEntity>) {
 fn draw_timings(ui: &mut egui::Ui, diagnostics: &DiagnosticsStore) {
     egui::Grid::new("timings").num_columns(2).striped(true).show(ui, |ui| {
         let mut row = |label: &str, diagnostic: Option<&Diagnostic>| {
-            let Some(value) = diagnostic.and_then(Diagnostic::smoothed) else {
+            let Some((diagnostic, value)) = diagnostic.and_then(|found| Some((found, found.smoothed()?))) else {
                 return;
+            };
+            let unit = match diagnostic.suffix.trim() {
+                "" => "ms",
+                unit => unit,
             };
             ui.label(label);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.monospace(format!("{value:.1} ms"));
+                ui.monospace(format!("{value:.1} {unit}"));
             });
             ui.end_row();
         };

@@ -25,7 +25,8 @@ pub struct ProbeMeasurement {
     /// Share of the ball's pixels of which at least one channel is clipped, 0…1.
     pub clipped_share: f32,
     /// Gain of clipped light straight above the marker's paper, per channel; 1 without recovery. From a direction at an angle to
-    /// the paper's normal the factor is 1 + (gain − 1) · cosine.
+    /// the paper's normal the factor is 1 + (gain − 1) · cosine. Where the desk tells more,
+    /// [`RecoveredLight`](crate::lighting::RecoveredLight) holds instead.
     pub gain: Vec3,
     /// Radiance of the marker's paper in linear camera units, if a marker was seen.
     pub paper: Option<Vec3>,

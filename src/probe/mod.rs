@@ -19,7 +19,9 @@
 //! et al. 2012, *A single-shot light probe*, with one equation per channel). Of all answers [`ClipRecovery`] takes the one
 //! with the least extra light in the least-squares sense: clipped light from a direction is multiplied by
 //! 1 + (gain − 1) · cosine to the paper's normal, light from below the horizon by 1. So windows that the paper barely sees are
-//! not blown up for the lamp above. Which of several lamps is the strong one needs more equations than one sheet of paper gives.
+//! not blown up for the lamp above. Which of several lamps is the strong one needs more equations than one sheet of paper gives:
+//! the stage [`lighting`](crate::lighting) takes them from all that stands on the desk and hands a gain per direction back, which
+//! replaces this one a picture later (in lockstep at once).
 //!
 //! # Cost
 //! One compute dispatch of 6 · size² threads with 4 · 4 texel reads each; on the CPU 12 000 picture lookups per new picture
@@ -35,10 +37,12 @@ mod unwrap_pass;
 pub use cube_image::CubeWrites;
 pub use measure::ProbeMeasurement;
 pub use mirror_ball::{BallView, Ellipse};
-pub use recovery::ClipRecovery;
+pub use recovery::{ClipEvidence, ClipRecovery};
 
 pub(crate) use cube_directions::cube_directions;
 pub(crate) use cube_image::cube_image;
+pub(crate) use recovery::{EDGE_MARGIN_PIXELS, gain_limits};
+pub(crate) use unwrap_pass::ClipGains;
 
 use crate::MirrorballSystems;
 use bevy::{prelude::*, transform::TransformSystems};
@@ -105,6 +109,7 @@ impl Plugin for ProbePlugin {
         app.register_type::<LightProbeSphere>()
             .register_type::<UniformSky>()
             .register_type::<ClipRecovery>()
+            .register_type::<ClipEvidence>()
             .register_type::<ProbeMeasurement>()
             .configure_sets(PostUpdate, MirrorballSystems::Measure.after(TransformSystems::Propagate))
             .add_systems(PreUpdate, allocate_cubes.after(MirrorballSystems::Track))

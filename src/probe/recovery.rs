@@ -15,11 +15,26 @@ pub struct ClipRecovery {
     pub paper_reflectance: f32,
     /// Upper bound of the gain. Defaults to 1000.
     pub max_gain: f32,
+    /// What tells how bright clipped light is. Defaults to [`ClipEvidence::Desk`].
+    pub evidence: ClipEvidence,
+}
+
+/// What tells how bright clipped light is.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub enum ClipEvidence {
+    /// The marker's paper: one gain for all clipped light.
+    Paper,
+    /// All that stands on the desk, with a gain of its own for each clipped piece of the sky: the paper, the desk's brightness in
+    /// and beside the shadows of phantoms and the ball, the faces of phantoms; see [`lighting`](crate::lighting). Without
+    /// phantoms in view the same as [`Paper`](Self::Paper).
+    #[default]
+    Desk,
 }
 
 impl Default for ClipRecovery {
     fn default() -> Self {
-        Self { is_enabled: true, paper_reflectance: 0.80, max_gain: 1000.0 }
+        Self { is_enabled: true, paper_reflectance: 0.80, max_gain: 1000.0, evidence: ClipEvidence::Desk }
     }
 }
 
@@ -34,7 +49,7 @@ pub(super) const WHITE_FROM: f32 = 0.94;
 /// Weights of linear red, green and blue in luminance (ITU-R BT.709).
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 /// The picture of the ball ends this many pixels inside its silhouette, where pixels begin to mix with the background.
-pub(super) const EDGE_MARGIN_PIXELS: f32 = 1.5;
+pub(crate) const EDGE_MARGIN_PIXELS: f32 = 1.5;
 /// Directions are looked up on a cube with this many cells along an edge (1.4° each, as fine as a ball 80 pixels wide).
 const CUBE_EDGE: u32 = 64;
 
@@ -136,7 +151,7 @@ impl PaperAndBall<'_> {
 }
 
 /// For each clipped channel of a pixel, the largest gain it may get. Twin of `recovered` in `unwrap_pass.wgsl`.
-fn gain_limits(linear: Vec3) -> [Option<f32>; 3] {
+pub(crate) fn gain_limits(linear: Vec3) -> [Option<f32>; 3] {
     let channels = linear.to_array();
     if linear.max_element() < clipped_from_linear() {
         return [None; 3];

@@ -17,16 +17,35 @@ use bevy::{
         render_asset::RenderAssets,
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
-            ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, ShaderStages, ShaderType,
+            ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, ShaderStages, ShaderType, StorageBuffer,
             StorageTextureAccess, TextureFormat, TextureSampleType, TextureViewDescriptor, TextureViewDimension,
             UniformBuffer,
-            binding_types::{texture_2d, texture_storage_2d_array, uniform_buffer},
+            binding_types::{storage_buffer_read_only, texture_2d, texture_storage_2d_array, uniform_buffer},
         },
         renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
         texture::GpuImage,
     },
     shader::load_shader_library,
 };
+use std::sync::Arc;
+
+/// Gain on clipped light by direction, on the entity of a probe; replaces the one gain of its measurement.
+#[derive(Component, Clone)]
+pub(crate) struct ClipGains(pub(crate) Arc<Vec<Vec4>>);
+
+impl ClipGains {
+    /// Cells along an edge of the cube of gains, in the order of [`cube_directions`](super::cube_directions); as in the shader.
+    pub(crate) const EDGE: u32 = 32;
+    /// Number of gains.
+    pub(crate) const COUNT: usize = 6 * (Self::EDGE * Self::EDGE) as usize;
+}
+
+/// A list is never changed in place: the same list is equal, another one is news.
+impl PartialEq for ClipGains {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
 
 pub(super) fn build(app: &mut App) {
     load_shader_library!(app, "mirror_ball.wgsl");
@@ -70,6 +89,7 @@ struct UnwrapUniform {
     white_from: f32,
     uniform_radiance: Vec3,
     clipped_from: f32,
+    gains_by_direction: f32,
 }
 
 impl From<&ProbeView> for UnwrapUniform {
@@ -90,6 +110,7 @@ impl From<&ProbeView> for UnwrapUniform {
             white_from: WHITE_FROM,
             uniform_radiance: view.uniform_radiance.unwrap_or_default(),
             clipped_from: recovery::clipped_from_linear(),
+            gains_by_direction: 0.0,
         }
     }
 }
@@ -102,18 +123,19 @@ struct ExtractedProbe {
     cube: AssetId<Image>,
     sequence: u64,
     view: ProbeView,
+    gains: Option<ClipGains>,
 }
 
 fn extract_probes(
     mut extracted: ResMut<ExtractedProbes>,
-    probes: Extract<Query<(&ProbeMeasurement, &EnvironmentCube)>>,
+    probes: Extract<Query<(&ProbeMeasurement, &EnvironmentCube, Option<&ClipGains>)>>,
     cameras: Extract<Query<&FrameTexture>>,
 ) {
     extracted.0.clear();
-    extracted.0.extend(probes.iter().filter_map(|(measurement, cube)| {
+    extracted.0.extend(probes.iter().filter_map(|(measurement, cube, gains)| {
         let view = measurement.view?;
         let frame = cameras.get(view.camera).ok()?.image.id();
-        Some(ExtractedProbe { frame, cube: cube.0.id(), sequence: measurement.sequence, view })
+        Some(ExtractedProbe { frame, cube: cube.0.id(), sequence: measurement.sequence, view, gains: gains.cloned() })
     }));
 }
 
@@ -131,6 +153,7 @@ fn init_unwrap_pipeline(mut commands: Commands, asset_server: Res<AssetServer>, 
             (
                 texture_2d(TextureSampleType::Float { filterable: true }),
                 uniform_buffer::<UnwrapUniform>(false),
+                storage_buffer_read_only::<Vec<Vec4>>(false),
                 texture_storage_2d_array(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly),
             ),
         ),
@@ -149,7 +172,8 @@ fn init_unwrap_pipeline(mut commands: Commands, asset_server: Res<AssetServer>, 
 #[derive(Resource, Default)]
 struct PreparedUnwraps {
     due: Vec<BindGroup>,
-    made_from: HashMap<AssetId<Image>, (u64, ProbeView)>,
+    made_from: HashMap<AssetId<Image>, (u64, ProbeView, Option<ClipGains>)>,
+    gain_lists: HashMap<AssetId<Image>, StorageBuffer<Vec<Vec4>>>,
 }
 
 fn prepare_unwraps(
@@ -162,23 +186,37 @@ fn prepare_unwraps(
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
 ) {
+    let prepared = &mut *prepared;
     prepared.due.clear();
+    prepared.gain_lists.retain(|id, _| probes.0.iter().any(|probe| probe.cube == *id));
     prepared.made_from.retain(|id, _| probes.0.iter().any(|probe| probe.cube == *id));
     if pipeline_cache.get_compute_pipeline(pipeline.id).is_none() {
         return;
     }
     for probe in &probes.0 {
-        let made_from = (probe.sequence, probe.view);
+        let gains = probe.gains.clone().filter(|gains| gains.0.len() == ClipGains::COUNT);
+        let made_from = (probe.sequence, probe.view, gains.clone());
         if prepared.made_from.get(&probe.cube) == Some(&made_from) {
             continue;
         }
         let (Some(frame), Some(cube)) = (images.get(probe.frame), images.get(probe.cube)) else {
             continue;
         };
-        let mut uniform = UniformBuffer::from(UnwrapUniform::from(&probe.view));
+        let mut uniform = UnwrapUniform::from(&probe.view);
+        uniform.gains_by_direction = if gains.is_some() { 1.0 } else { 0.0 };
+        let mut uniform = UniformBuffer::from(uniform);
         uniform.set_label(Some("mirrorball_probe_unwrap_uniform"));
         uniform.write_buffer(&device, &queue);
-        let Some(uniform) = uniform.binding() else {
+        let gain_list = prepared.gain_lists.entry(probe.cube).or_insert_with(|| {
+            let mut list = StorageBuffer::from(vec![Vec4::ONE; ClipGains::COUNT]);
+            list.set_label(Some("mirrorball_probe_clip_gains"));
+            list
+        });
+        if let Some(gains) = gains {
+            gain_list.get_mut().copy_from_slice(&gains.0);
+        }
+        gain_list.write_buffer(&device, &queue);
+        let (Some(uniform), Some(gain_list)) = (uniform.binding(), gain_list.binding()) else {
             continue;
         };
         let faces = cube.texture.create_view(&TextureViewDescriptor {
@@ -189,7 +227,7 @@ fn prepare_unwraps(
         prepared.due.push(device.create_bind_group(
             "mirrorball_probe_unwrap_bind_group",
             &pipeline_cache.get_bind_group_layout(&pipeline.layout),
-            &BindGroupEntries::sequential((&frame.texture_view, uniform, &faces)),
+            &BindGroupEntries::sequential((&frame.texture_view, uniform, gain_list, &faces)),
         ));
         prepared.made_from.insert(probe.cube, made_from);
         writes.announce(probe.cube);

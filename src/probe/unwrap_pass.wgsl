@@ -21,15 +21,21 @@ struct Unwrap {
     uniform_radiance: vec3f,
     /// Linear values from here on are clipped.
     clipped_from: f32,
+    /// 1 if `clip_gains` replaces `gain`.
+    gains_by_direction: f32,
 }
 
 @group(0) @binding(0) var frame: texture_2d<f32>;
 @group(0) @binding(1) var<uniform> unwrap: Unwrap;
-@group(0) @binding(2) var cube: texture_storage_2d_array<rgba16float, write>;
+/// Factor on clipped pixels towards each cell of a cube.
+@group(0) @binding(2) var<storage, read> clip_gains: array<vec4f>;
+@group(0) @binding(3) var cube: texture_storage_2d_array<rgba16float, write>;
 
 const PI: f32 = 3.14159265358979;
 /// Lookups per texel along each axis.
 const SUBSAMPLES: u32 = 2u;
+/// Cells along an edge of the cube of gains, `ClipGains::EDGE`.
+const GAINS_EDGE: u32 = 32u;
 /// Directions around the hidden cone that its middle is the mean of.
 const RING: u32 = 8u;
 /// The largest value stored; far below the 65504 of half floats, so that sums of a few texels still fit.
@@ -63,6 +69,24 @@ fn sample_frame(pos_camera: vec3f, gain: vec3f) -> vec3f {
     return mix(top, bottom, t.y);
 }
 
+/// Place of a world direction among the gains. Twin of `cell_index` in lighting/sky.rs.
+fn sky_cell(dir: vec3f) -> u32 {
+    let size = abs(dir);
+    var along = dir.zxy;
+    var axis = 2u;
+    if size.x >= size.y && size.x >= size.z {
+        along = dir;
+        axis = 0u;
+    } else if size.y >= size.z {
+        along = dir.yxz;
+        axis = 1u;
+    }
+    let face = 2u * axis + select(0u, 1u, along.x < 0.0);
+    let p = vec2u((along.yz / abs(along.x) * 0.5 + 0.5) * f32(GAINS_EDGE));
+    let cell = min(p, vec2u(GAINS_EDGE - 1u));
+    return (face * GAINS_EDGE + cell.y) * GAINS_EDGE + cell.x;
+}
+
 fn radiance_from(dir_world: vec3f) -> vec3f {
     let ball = unwrap.ball;
     let dir = unwrap.camera_from_world * dir_world;
@@ -70,7 +94,8 @@ fn radiance_from(dir_world: vec3f) -> vec3f {
     let side = side_of(axis, dir);
     let angle = atan2(length(dir - axis * dot(axis, dir)), dot(axis, dir));
     // The least extra light that explains the paper: proportional to how much of it the paper catches, none from below.
-    let gain = 1.0 + (unwrap.gain.rgb - 1.0) * max(dot(dir, unwrap.up_camera), 0.0);
+    let gain_by_paper = 1.0 + (unwrap.gain.rgb - 1.0) * max(dot(dir, unwrap.up_camera), 0.0);
+    let gain = select(gain_by_paper, clip_gains[sky_cell(dir_world)].rgb, unwrap.gains_by_direction > 0.5);
     let measured = sample_frame(surface_point(ball, axis, side, min(angle, ball.edge_angle)), gain);
     if angle <= ball.edge_angle {
         return measured;

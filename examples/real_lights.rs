@@ -1,0 +1,246 @@
+//! The lights of a recorded desk as arrows with labels, without and with the recovery of clipped light, side by side.
+//!
+//! ```text
+//! cargo run --example real_lights -- --picture 20 --out real_lights.png
+//! ```
+//! Left, clipped light counts as white; right, its energy is recovered from what stands on the desk. An arrow shows where a light
+//! shines to, in its color; its length grows with its part of all light. A label has the light's number, its part of all light in percent
+//! and its elevation in degrees. Needs no window; renders on software Vulkan too.
+
+use bevy::{asset::RecursiveDependencyLoadState, light::NotShadowCaster, prelude::*};
+use bevy_mirrorball::{
+    lighting::{RealLight, RecoveredLight},
+    offscreen,
+    prelude::*,
+    probe::ClipRecovery,
+    tracking::MarkerTracking,
+};
+use lexopt::prelude::*;
+use std::{path::PathBuf, process::ExitCode};
+
+type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+
+const USAGE: &str = "\
+Shows the lights found on the recorded desk.
+
+usage: real_lights [--picture N] [--out FILE]
+
+  --picture N   picture of assets/desk_clip, 0 to 59 [20]
+  --out FILE    where the picture goes (PNG) [real_lights.png]
+";
+/// Size and intrinsics of the recorded pictures.
+const SIZE: UVec2 = UVec2::new(640, 480);
+const FOCAL: f32 = 601.832_46;
+/// Updates to wait for assets and shaders.
+const MOST_UPDATES: u32 = 3000;
+/// Where the arrows point to, in the marker's frame, metres.
+const TARGET: Vec3 = Vec3::new(-0.02, 0.02, -0.01);
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("real_lights: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Outcome<()> {
+    let (mut picture, mut out) = (20_u32, PathBuf::from("real_lights.png"));
+    let mut arguments = lexopt::Parser::from_env();
+    while let Some(argument) = arguments.next()? {
+        match argument {
+            Long("picture") => picture = arguments.value()?.parse()?,
+            Long("out") => out = arguments.value()?.into(),
+            Long("help") | Short('h') => {
+                println!("{USAGE}");
+                return Ok(());
+            }
+            other => return Err(format!("{}\n\n{USAGE}", other.unexpected()).into()),
+        }
+    }
+    let mut both = image::RgbImage::new(2 * SIZE.x, SIZE.y);
+    for (side, is_enabled) in [false, true].into_iter().enumerate() {
+        println!("{}", if is_enabled { "recovered:" } else { "clipped light taken for white:" });
+        let half = draw(picture, is_enabled)?;
+        image::imageops::replace(&mut both, &half, i64::from(SIZE.x) * side as i64, 0);
+    }
+    both.save(&out).map_err(|error| format!("cannot write {}: {error}", out.display()))?;
+    println!("{}", out.display());
+    Ok(())
+}
+
+fn draw(picture: u32, is_enabled: bool) -> Outcome<image::RgbImage> {
+    let file = format!("assets/desk_clip/frame_{picture:03}.jpg");
+    if !std::path::Path::new(&file).exists() {
+        return Err(
+            format!("{file} does not exist: --picture takes 0 to 59; run from the root of the repository").into()
+        );
+    }
+    let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
+        app.add_plugins(MirrorballPlugins).add_systems(Update, show_arrows);
+    })?;
+    let (texture, target) = offscreen::add_target(&mut app, SIZE);
+    let intrinsics = Intrinsics { focal: Vec2::splat(FOCAL), center: SIZE.as_vec2() / 2.0, size: SIZE };
+    let feed = CameraFeed::picture(file).with_pace(FeedPace::Lockstep);
+    let camera = Camera { is_active: false, ..default() };
+    let camera = app.world_mut().spawn((ArCamera::new(intrinsics), camera, target, feed)).id();
+    let scene: Handle<WorldAsset> =
+        app.world().resource::<AssetServer>().load(GltfAssetLabel::Scene(0).from_asset("desk/desk.glb"));
+    app.world_mut().spawn(WorldAssetRoot(scene.clone()));
+    app.world_mut().spawn(ShadowDomeLight::default());
+    let mut waited = 0;
+    while !is_ready(&mut app, &scene, is_enabled)? {
+        app.update();
+        std::thread::sleep(std::time::Duration::from_millis(1));
+        waited += 1;
+        if waited > MOST_UPDATES {
+            return Err("the lights were not found: is the marker in the picture?".into());
+        }
+    }
+    if let Some(mut camera) = app.world_mut().get_mut::<Camera>(camera) {
+        camera.is_active = true;
+    }
+    // Materials and pipelines take a frame or two.
+    for _ in 0..4 {
+        app.update();
+    }
+    let pixels = offscreen::read_texture(&mut app, &texture)?;
+    let rgb = pixels.chunks_exact(4).flat_map(|p| &p[..3]).copied().collect();
+    let mut picture =
+        image::RgbImage::from_raw(SIZE.x, SIZE.y, rgb).ok_or("the picture came back in the wrong size")?;
+    write_labels(&mut app, &mut picture, intrinsics);
+    Ok(picture)
+}
+
+/// Whether the scene is there and its lights are found. Switches the recovery as wanted.
+fn is_ready(app: &mut App, scene: &Handle<WorldAsset>, is_enabled: bool) -> Outcome<bool> {
+    let assets = app.world().resource::<AssetServer>().clone();
+    if let Some(RecursiveDependencyLoadState::Failed(error)) = assets.get_recursive_dependency_load_state(scene) {
+        return Err(format!("cannot load the desk: {error}").into());
+    }
+    let world = app.world_mut();
+    for mut recovery in world.query::<&mut ClipRecovery>().iter_mut(world) {
+        if recovery.is_enabled != is_enabled {
+            recovery.is_enabled = is_enabled;
+        }
+    }
+    let is_found = world
+        .query::<(&RecoveredLight, &ClipRecovery)>()
+        .iter(world)
+        .any(|(light, recovery)| light.is_solved == is_enabled && recovery.is_enabled == is_enabled);
+    Ok(is_found && assets.is_loaded_with_dependencies(scene))
+}
+
+/// The arrow of a light.
+#[derive(Component)]
+struct Arrow;
+
+fn show_arrows(
+    mut commands: Commands,
+    lights: Query<&RealLight, Changed<RealLight>>,
+    arrows: Query<Entity, With<Arrow>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    if lights.is_empty() {
+        return;
+    }
+    for arrow in &arrows {
+        commands.entity(arrow).despawn();
+    }
+    for light in &lights {
+        let length = length(light);
+        let material = materials.add(StandardMaterial { base_color: light.color.into(), unlit: true, ..default() });
+        let shaft = meshes.add(Cylinder::new(0.0022, length));
+        let tip = meshes.add(Cone::new(0.007, 0.02));
+        let turn = Quat::from_rotation_arc(Vec3::NEG_Y, light.direction);
+        let middle = TARGET + light.direction * (0.07 + 0.5 * length);
+        commands.spawn((
+            Arrow,
+            Transform::from_translation(middle).with_rotation(turn),
+            Visibility::default(),
+            children![
+                (Mesh3d(shaft), MeshMaterial3d(material.clone()), NotShadowCaster),
+                (
+                    Mesh3d(tip),
+                    MeshMaterial3d(material),
+                    NotShadowCaster,
+                    Transform::from_xyz(0.0, 0.5 * length + 0.01, 0.0)
+                ),
+            ],
+        ));
+    }
+}
+
+fn length(light: &RealLight) -> f32 {
+    0.04 + 0.12 * light.share.sqrt()
+}
+
+fn write_labels(app: &mut App, picture: &mut image::RgbImage, intrinsics: Intrinsics) {
+    let world = app.world_mut();
+    let mut lights: Vec<RealLight> = world.query::<&RealLight>().iter(world).copied().collect();
+    lights.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let Some(pose) = world.query::<&MarkerTracking>().iter(world).find_map(|tracking| tracking.camera_from_marker)
+    else {
+        return;
+    };
+    for light in lights {
+        let elevation = light.direction.y.asin().to_degrees();
+        let azimuth = light.direction.x.atan2(-light.direction.z).to_degrees();
+        println!(
+            "  light {}: elevation {elevation:.1}°, azimuth {azimuth:.1}° (from -Z to +X), radius {:.1}°, {:.1} % of all light",
+            light.id,
+            light.angular_radius.to_degrees(),
+            100.0 * light.share
+        );
+        let end = TARGET + light.direction * (0.085 + length(&light));
+        if let Some(pixel) = intrinsics.project(pose.transform_point(end).into()) {
+            let label = format!("{}: {:.0}% {elevation:.0}°", light.id, 100.0 * light.share);
+            write(picture, pixel.as_ivec2() - IVec2::new(8 * label.chars().count() as i32 / 2, 10), &label);
+        }
+    }
+}
+
+/// Digits and signs, three by five dots each, rows from the top with the leftmost dot highest.
+const FONT: [(char, [u8; 5]); 14] = [
+    ('0', [7, 5, 5, 5, 7]),
+    ('1', [2, 6, 2, 2, 7]),
+    ('2', [7, 1, 7, 4, 7]),
+    ('3', [7, 1, 3, 1, 7]),
+    ('4', [5, 5, 7, 1, 1]),
+    ('5', [7, 4, 7, 1, 7]),
+    ('6', [7, 4, 7, 5, 7]),
+    ('7', [7, 1, 1, 2, 2]),
+    ('8', [7, 5, 7, 5, 7]),
+    ('9', [7, 5, 7, 1, 7]),
+    (':', [0, 2, 0, 2, 0]),
+    ('%', [5, 1, 2, 4, 5]),
+    ('°', [2, 5, 2, 0, 0]),
+    ('-', [0, 0, 7, 0, 0]),
+];
+
+fn write(picture: &mut image::RgbImage, at: IVec2, text: &str) {
+    let mut dot = |x: i32, y: i32, color: [u8; 3]| {
+        if x >= 0 && y >= 0 && x < picture.width() as i32 && y < picture.height() as i32 {
+            picture.put_pixel(x as u32, y as u32, image::Rgb(color));
+        }
+    };
+    let width = 8 * text.chars().count() as i32;
+    for y in -2..12 {
+        for x in -2..width {
+            dot(at.x + x, at.y + y, [20, 20, 20]);
+        }
+    }
+    for (i, letter) in text.chars().enumerate() {
+        let rows = FONT.iter().find(|(known, _)| *known == letter).map_or([0; 5], |(_, rows)| *rows);
+        for (y, row) in rows.into_iter().enumerate() {
+            for x in (0..3).filter(|x| row & (4 >> x) != 0) {
+                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    dot(at.x + 8 * i as i32 + 2 * x + dx, at.y + 2 * y as i32 + dy, [255, 255, 255]);
+                }
+            }
+        }
+    }
+}

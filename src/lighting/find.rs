@@ -1,0 +1,208 @@
+//! Environment → lights: compact directions much brighter than the rest.
+
+use super::{
+    regions::{Region, connected},
+    sky::SkyCell,
+};
+use bevy::prelude::*;
+
+/// A light as one picture shows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FoundLight {
+    /// Towards the light from the ball's center, unit vector in world space.
+    pub direction: Vec3,
+    /// Irradiance at a surface that faces it, per channel, linear camera units (radiance · steradian).
+    pub irradiance: Vec3,
+    /// Half the angle it takes up, in radians: that of a disk with the same variance.
+    pub angular_radius: f32,
+    /// Its part of all light that arrives, 0…1.
+    pub share: f32,
+}
+
+/// Cells this many times as bright as the typical one may belong to a light. Overcast skies vary by a factor of three.
+const LEAST_CONTRAST: f32 = 4.0;
+/// And this many times as bright as the mean.
+const LEAST_OVER_MEAN: f32 = 2.5;
+/// Wider groups of cells (root mean square, radians) are split when that leaves little variance.
+const SPLIT_FROM: f32 = 0.12;
+/// Parts of a group are lights of their own if their variance falls below this share.
+const SPLIT_GAIN: f32 = 0.45;
+/// A light is this many times as bright as what surrounds it; a wide bright sky is none.
+const LEAST_OVER_SURROUNDINGS: f32 = 2.5;
+/// How far the surroundings reach from a light's rim, radians.
+const SURROUNDINGS: f32 = 0.35;
+/// Lights closer than this are one, radians.
+const MERGE_WITHIN: f32 = 0.12;
+/// Fainter lights are not counted, share of all light.
+pub(super) const LEAST_SHARE: f32 = 0.01;
+/// Most lights that are reported.
+const MOST_LIGHTS: usize = 12;
+/// The smallest angular radius that cells of a few degrees can tell, radians.
+const SMALLEST_RADIUS: f32 = 0.01;
+
+fn luminance(radiance: Vec3) -> f32 {
+    radiance.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// Rounds: what is left beside the lights found so far is looked at with its own, lower mean.
+const ROUNDS: usize = 4;
+
+/// The lights of a sky whose clipped parts have been recovered, strongest first.
+///
+/// Cells well above the median and the mean are grouped, groups are split where that leaves little of their variance (as median
+/// cut does with its boxes), and what lies close together is merged. Then the same again without them, for fainter lights.
+pub(super) fn find_lights(sky: &[SkyCell], gains: &[Vec3]) -> Vec<FoundLight> {
+    let radiance: Vec<Vec3> = sky.iter().zip(gains).map(|(cell, gain)| cell.radiance(*gain)).collect();
+    let brightness: Vec<f32> = radiance.iter().map(|r| luminance(*r)).collect();
+    let energy = |i: usize| brightness[i] * sky[i].solid_angle;
+    let total: f32 = (0..sky.len()).map(energy).sum();
+    let mut sorted = brightness.clone();
+    sorted.sort_by(f32::total_cmp);
+    let Some(median) = sorted.get(sorted.len() / 2).copied().filter(|_| total > 0.0) else {
+        return Vec::new();
+    };
+    let mut rest: Vec<usize> = (0..sky.len()).collect();
+    let mut lights = Vec::new();
+    for _ in 0..ROUNDS {
+        let (sum, solid_angle) = rest.iter().fold((0.0, 0.0), |(e, s), &i| (e + energy(i), s + sky[i].solid_angle));
+        let threshold = (LEAST_CONTRAST * median).max(LEAST_OVER_MEAN * sum / f32::max(solid_angle, 1e-6));
+        let bright: Vec<usize> = rest.iter().copied().filter(|&i| brightness[i] > threshold).collect();
+        if bright.is_empty() {
+            break;
+        }
+        let excess = |i: usize| (brightness[i] - 0.5 * threshold) * sky[i].solid_angle;
+        let mut parts = split_groups(connected(&bright, sky), sky, &excess);
+        merge(&mut parts, sky, &excess);
+        for part in parts {
+            let radius = part.spread * std::f32::consts::SQRT_2;
+            let irradiance: Vec3 = part.cells.iter().map(|&i| radiance[i] * sky[i].solid_angle).sum();
+            let light = FoundLight {
+                direction: part.dir_world,
+                irradiance,
+                angular_radius: radius.max(SMALLEST_RADIUS),
+                share: luminance(irradiance) / total,
+            };
+            if light.share >= LEAST_SHARE && light.direction != Vec3::ZERO && stands_out(&part, sky, &brightness) {
+                lights.push(light);
+            }
+            // Its halo is no light either.
+            rest.retain(|&i| {
+                sky[i].dir_world.angle_between(part.dir_world) > radius + MERGE_WITHIN && !part.cells.contains(&i)
+            });
+        }
+    }
+    lights.sort_by(|a, b| b.share.total_cmp(&a.share));
+    lights.truncate(MOST_LIGHTS);
+    lights
+}
+
+fn split_groups(groups: Vec<Vec<usize>>, sky: &[SkyCell], weight: &impl Fn(usize) -> f32) -> Vec<Region> {
+    let mut groups: Vec<Region> = groups.into_iter().map(|cells| Region::new(cells, sky, weight)).collect();
+    let sum = |region: &Region| region.cells.iter().map(|&i| weight(i)).sum::<f32>();
+    let mut parts = Vec::new();
+    while let Some(group) = groups.pop() {
+        if group.spread <= SPLIT_FROM || group.cells.len() < 2 {
+            parts.push(group);
+            continue;
+        }
+        let [a, b] = group.clone().split(sky, weight);
+        let left = (sum(&a) * a.spread.powi(2) + sum(&b) * b.spread.powi(2)) / sum(&group).max(f32::MIN_POSITIVE);
+        if a.cells.is_empty() || b.cells.is_empty() || left > SPLIT_GAIN * group.spread.powi(2) {
+            parts.push(group);
+        } else {
+            groups.extend([a, b]);
+        }
+    }
+    parts
+}
+
+/// Whether a part is compact: much brighter than a ring around it.
+fn stands_out(part: &Region, sky: &[SkyCell], brightness: &[f32]) -> bool {
+    let mean = |cells: &mut dyn Iterator<Item = usize>| {
+        let (sum, total) = cells
+            .fold((0.0, 0.0), |(sum, total), i| (sum + brightness[i] * sky[i].solid_angle, total + sky[i].solid_angle));
+        sum / f32::max(total, 1e-6)
+    };
+    let own = mean(&mut part.cells.iter().copied());
+    let radius = std::f32::consts::SQRT_2 * part.spread;
+    // Other lights beside it do not take from it: only what is darker counts as surroundings.
+    let is_around =
+        |i: &usize| sky[*i].dir_world.angle_between(part.dir_world) < radius + SURROUNDINGS && !part.cells.contains(i);
+    let mut around = (0..sky.len()).filter(is_around).filter(|&i| brightness[i] < own);
+    own >= LEAST_OVER_SURROUNDINGS * mean(&mut around)
+}
+
+fn merge(parts: &mut Vec<Region>, sky: &[SkyCell], weight: &impl Fn(usize) -> f32) {
+    loop {
+        let close = (0..parts.len())
+            .flat_map(|i| (i + 1..parts.len()).map(move |j| (i, j)))
+            .find(|&(i, j)| parts[i].dir_world.distance(parts[j].dir_world) < MERGE_WITHIN);
+        let Some((i, j)) = close else {
+            return;
+        };
+        let other = parts.swap_remove(j);
+        let mut cells = std::mem::take(&mut parts[i].cells);
+        cells.extend(other.cells);
+        parts[i] = Region::new(cells, sky, weight);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{lighting::sky::SKY_EDGE, probe::cube_directions};
+
+    fn sky(radiance: impl Fn(Vec3) -> Vec3) -> Vec<SkyCell> {
+        cube_directions(SKY_EDGE)
+            .map(|(dir_world, solid_angle)| SkyCell { dir_world, solid_angle, seen: radiance(dir_world), ..default() })
+            .collect()
+    }
+
+    fn lights(radiance: impl Fn(Vec3) -> Vec3) -> Vec<FoundLight> {
+        let sky = sky(radiance);
+        find_lights(&sky, &vec![Vec3::ONE; sky.len()])
+    }
+
+    #[test]
+    fn no_light_is_invented_under_uniform_and_overcast_skies_and_bright_walls() {
+        assert!(lights(|_| Vec3::splat(0.7)).is_empty());
+        // CIE overcast sky over a gray ground.
+        let overcast = |dir: Vec3| Vec3::splat(if dir.y > 0.0 { (1.0 + 2.0 * dir.y) / 3.0 } else { 0.1 });
+        assert!(lights(overcast).is_empty());
+        assert!(lights(|dir| Vec3::splat(if dir.x > 0.0 { 1.0 } else { 0.3 })).is_empty());
+        assert!(lights(|_| Vec3::ZERO).is_empty());
+    }
+
+    #[test]
+    fn two_suns_are_found_with_color_and_size() {
+        let suns = [Vec3::new(0.3, 0.8, 0.5).normalize(), Vec3::new(-0.7, 0.4, -0.1).normalize()];
+        let found = lights(|dir| {
+            if dir.angle_between(suns[0]) < 0.1 {
+                Vec3::new(60.0, 50.0, 40.0)
+            } else if dir.angle_between(suns[1]) < 0.06 {
+                Vec3::new(20.0, 30.0, 60.0)
+            } else {
+                Vec3::splat(0.2)
+            }
+        });
+        assert_eq!(found.len(), 2, "{found:?}");
+        for (light, sun) in found.iter().zip(suns) {
+            assert!(light.direction.angle_between(sun).to_degrees() < 1.5, "{light:?}");
+        }
+        assert!(
+            (found[0].angular_radius - 0.1).abs() < 0.025 && (found[1].angular_radius - 0.06).abs() < 0.025,
+            "{found:?}"
+        );
+        assert!(found[0].irradiance.x > found[0].irradiance.z && found[1].irradiance.x < found[1].irradiance.z);
+        let expected = 60.0 * std::f32::consts::PI * 0.01;
+        assert!((found[0].irradiance.x / expected - 1.0).abs() < 0.15, "{found:?}");
+    }
+
+    #[test]
+    fn two_lamps_that_touch_are_two_lights() {
+        let lamps = [Vec3::new(0.0, 0.5, -1.0), Vec3::new(0.45, 0.5, -1.0)].map(Vec3::normalize);
+        let found =
+            lights(|dir| Vec3::splat(if lamps.iter().any(|l| dir.angle_between(*l) < 0.2) { 9.0 } else { 0.1 }));
+        assert_eq!(found.len(), 2, "{found:?}");
+    }
+}

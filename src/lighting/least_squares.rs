@@ -1,0 +1,123 @@
+//! Least squares with unknowns that cannot be negative.
+
+/// Normal equations ½·xᵀHx − bᵀx of a weighted least-squares problem; rows are added one by one.
+#[derive(Clone, Debug)]
+pub(super) struct NormalEquations {
+    n: usize,
+    h: Vec<f64>,
+    b: Vec<f64>,
+}
+
+/// Sweeps over all unknowns; each costs n².
+const MOST_SWEEPS: usize = 500;
+/// Relative change of the largest unknown at which the sweeps end.
+const TOLERANCE: f64 = 1e-6;
+
+impl NormalEquations {
+    pub(super) fn new(unknowns: usize) -> Self {
+        Self { n: unknowns, h: vec![0.0; unknowns * unknowns], b: vec![0.0; unknowns] }
+    }
+
+    /// Adds weight · (row·x − wanted)². The row is given by its entries that are not zero.
+    pub(super) fn add(&mut self, row: &[(usize, f64)], wanted: f64, weight: f64) {
+        for &(i, a) in row {
+            self.b[i] += weight * a * wanted;
+            for &(j, c) in row {
+                self.h[i * self.n + j] += weight * a * c;
+            }
+        }
+    }
+
+    /// The x ≥ 0 at which the sum is least, by coordinate descent from a start.
+    pub(super) fn solve(&self, start: &[f64]) -> Vec<f64> {
+        let mut x = start.to_vec();
+        for _ in 0..MOST_SWEEPS {
+            let (mut change, mut largest) = (0.0_f64, 1e-30_f64);
+            for i in 0..self.n {
+                let row = &self.h[i * self.n..(i + 1) * self.n];
+                if row[i] <= 0.0 {
+                    continue;
+                }
+                let gradient = row.iter().zip(&x).map(|(a, b)| a * b).sum::<f64>() - self.b[i];
+                let next = (x[i] - gradient / row[i]).max(0.0);
+                // In units of each unknown's own uncertainty they would all weigh the same.
+                let scale = row[i].sqrt();
+                change = change.max((next - x[i]).abs() * scale);
+                largest = largest.max(next * scale);
+                x[i] = next;
+            }
+            if change <= TOLERANCE * largest {
+                break;
+            }
+        }
+        x
+    }
+
+    /// Inverse of H (Gauss-Jordan with pivots); `None` if it is singular.
+    pub(super) fn inverse(&self) -> Option<Vec<f64>> {
+        let n = self.n;
+        let (mut a, mut inverse) = (self.h.clone(), vec![0.0; n * n]);
+        for i in 0..n {
+            inverse[i * n + i] = 1.0;
+        }
+        for column in 0..n {
+            let pivot = (column..n).max_by(|i, j| a[i * n + column].abs().total_cmp(&a[j * n + column].abs()))?;
+            let value = a[pivot * n + column];
+            if value.abs() < 1e-30 {
+                return None;
+            }
+            for k in 0..n {
+                a.swap(pivot * n + k, column * n + k);
+                inverse.swap(pivot * n + k, column * n + k);
+            }
+            for k in 0..n {
+                a[column * n + k] /= value;
+                inverse[column * n + k] /= value;
+            }
+            for row in (0..n).filter(|row| *row != column) {
+                let factor = a[row * n + column];
+                for k in 0..n {
+                    a[row * n + k] -= factor * a[column * n + k];
+                    inverse[row * n + k] -= factor * inverse[column * n + k];
+                }
+            }
+        }
+        Some(inverse)
+    }
+
+    /// H's entry on the diagonal.
+    pub(super) fn diagonal(&self, i: usize) -> f64 {
+        self.h[i * self.n + i]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn negative_answers_are_held_at_zero_and_the_rest_makes_the_best_of_it() {
+        // x + y = 1, x = 2: unbounded (2, −1); bounded y = 0 and x = 1.5.
+        let mut equations = NormalEquations::new(2);
+        equations.add(&[(0, 1.0), (1, 1.0)], 1.0, 1.0);
+        equations.add(&[(0, 1.0)], 2.0, 1.0);
+        let x = equations.solve(&[0.0; 2]);
+        assert!((x[0] - 1.5).abs() < 1e-6 && x[1] == 0.0, "{x:?}");
+    }
+
+    #[test]
+    fn the_inverse_undoes_the_matrix() {
+        let mut equations = NormalEquations::new(3);
+        equations.add(&[(0, 1.0), (1, 2.0)], 0.0, 1.0);
+        equations.add(&[(1, 1.0), (2, -1.0)], 0.0, 2.0);
+        equations.add(&[(0, 3.0), (2, 1.0)], 0.0, 0.5);
+        let inverse = equations.inverse().expect("three independent rows");
+        for i in 0..3 {
+            for j in 0..3 {
+                let product: f64 = (0..3).map(|k| equations.h[i * 3 + k] * inverse[k * 3 + j]).sum();
+                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-9);
+            }
+        }
+        assert!(NormalEquations::new(2).inverse().is_none());
+    }
+}

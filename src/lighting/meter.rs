@@ -1,0 +1,289 @@
+//! Points of the desk that tell how bright the light is: which part of the sky each of them sees.
+
+use super::{
+    ray_cast::{PhantomSolid, SURFACE_OFFSET, sphere_is_hit},
+    sky::SkyCell,
+};
+use crate::{
+    camera::{FramePixels, Intrinsics},
+    probe::BallView,
+};
+use bevy::{math::Affine3A, prelude::*};
+use std::f32::consts::PI;
+
+/// A marker's printed sheet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paper {
+    /// Marker frame → world.
+    pub world_from_marker: Affine3A,
+    /// Side of the black square in metres.
+    pub size: f32,
+    /// Share of light the white margin reflects, 0…1.
+    pub reflectance: f32,
+}
+
+/// A mirrored ball on the desk, in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MirrorBall {
+    /// Center, metres.
+    pub center: Vec3,
+    /// Radius in metres.
+    pub radius: f32,
+    /// Share of light it mirrors, 0…1.
+    pub reflectance: f32,
+}
+
+/// What a point belongs to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Surface {
+    Paper,
+    Phantom(usize),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct MeterPoint {
+    pub pos_world: Vec3,
+    pub normal_world: Vec3,
+    pub surface: Surface,
+    /// Share of light it reflects, if known.
+    pub reflectance: Option<Vec3>,
+}
+
+/// Points and the light that can reach them. Depends on where things stand, not on the light.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Meter {
+    pub points: Vec<MeterPoint>,
+    /// Per point and cell of the sky: irradiance per radiance, steradian. Directly, and by way of the ball.
+    pub weights: Vec<f32>,
+    /// Per point: phantoms in view with the steradian they take.
+    pub hidden: Vec<Vec<(usize, f32)>>,
+}
+
+/// What stands on the desk.
+#[derive(Clone, Copy)]
+pub(super) struct Desk<'a> {
+    pub ball: MirrorBall,
+    pub papers: &'a [Paper],
+    pub phantoms: &'a [PhantomSolid],
+}
+
+/// Points on phantoms, at most.
+const MOST_POINTS: usize = 700;
+/// Points along each side of a sheet.
+const PAPER_STEPS: i32 = 9;
+/// A sheet of paper is at least this much wider than its black square, on each side, as a share of the square's side.
+const SHEET_MARGIN: f32 = 0.14;
+/// Surfaces seen at a flatter angle tell nothing; cosine.
+const LEAST_VIEW_COSINE: f32 = 0.2;
+/// The ball's mirror image of the sky is too dim beyond this many radii, about 1 % of the light.
+const FARTHEST_MIRRORING: f32 = 6.0;
+
+impl Meter {
+    /// Picks points in view of the camera and traces what they see. Takes the memory of an earlier table.
+    pub(super) fn new(
+        mut memory: Vec<f32>,
+        desk: Desk,
+        intrinsics: &Intrinsics,
+        camera_from_world: &Affine3A,
+        sky: &[SkyCell],
+    ) -> Self {
+        let mut points = paper_points(desk);
+        let most = points.len() + MOST_POINTS;
+        points.extend(phantom_points(desk, intrinsics, camera_from_world));
+        memory.clear();
+        memory.reserve_exact(most * sky.len());
+        let mut meter = Self { weights: memory, hidden: Vec::with_capacity(points.len()), points };
+        for i in 0..meter.points.len() {
+            meter.trace(i, desk, sky);
+        }
+        meter
+    }
+
+    fn trace(&mut self, i: usize, desk: Desk, sky: &[SkyCell]) {
+        let point = self.points[i];
+        let origin = point.pos_world + SURFACE_OFFSET * point.normal_world;
+        let to_ball = desk.ball.center - origin;
+        let mirrored = MirroredSky::new(to_ball, desk.ball);
+        let mut hidden = vec![0.0_f32; desk.phantoms.len()];
+        for cell in sky {
+            let cosine = cell.dir_world.dot(point.normal_world);
+            let mut weight = 0.0;
+            if cosine > 0.0 && !sphere_is_hit(to_ball, desk.ball.radius, cell.dir_world) {
+                let nearest = desk
+                    .phantoms
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, phantom)| phantom.casts)
+                    .filter_map(|(k, phantom)| phantom.hit(origin, cell.dir_world).map(|(distance, _)| (k, distance)))
+                    .min_by(|a, b| a.1.total_cmp(&b.1));
+                match nearest {
+                    Some((k, _)) => hidden[k] += cosine * cell.solid_angle,
+                    None => weight = cosine * cell.solid_angle,
+                }
+            }
+            if let Some(mirrored) = &mirrored {
+                weight += mirrored.weight(cell, point.normal_world);
+            }
+            self.weights.push(weight);
+        }
+        self.hidden.push(hidden.into_iter().enumerate().filter(|(_, share)| *share > 0.0).collect());
+    }
+}
+
+/// The sky's image in the ball as a point near it sees it.
+struct MirroredSky {
+    ball: BallView,
+    /// From the ball to the point.
+    axis: Vec3,
+    reflectance: f32,
+    /// Angles of surface points by mirrored angle, evenly spaced over 0…π.
+    normal_angles: [f32; Self::STEPS + 1],
+}
+
+impl MirroredSky {
+    const STEPS: usize = 90;
+
+    fn new(to_ball: Vec3, ball: MirrorBall) -> Option<Self> {
+        let distance = to_ball.length();
+        if distance > FARTHEST_MIRRORING * ball.radius || distance <= 1.001 * ball.radius {
+            return None;
+        }
+        let view = BallView { center_camera: Vec3::new(0.0, 0.0, -distance), radius: ball.radius };
+        let last = PI - view.hidden_half_angle();
+        let normal_angles = std::array::from_fn(|i| view.normal_angle((i as f32 * PI / Self::STEPS as f32).min(last)));
+        Some(Self { ball: view, axis: -to_ball / distance, reflectance: ball.reflectance, normal_angles })
+    }
+
+    /// Irradiance per radiance of a cell that arrives by way of the ball, steradian.
+    fn weight(&self, cell: &SkyCell, normal: Vec3) -> f32 {
+        let along = self.axis.dot(cell.dir_world).clamp(-1.0, 1.0);
+        let angle = along.acos();
+        if angle >= PI - self.ball.hidden_half_angle() {
+            return 0.0;
+        }
+        let step = angle * Self::STEPS as f32 / PI;
+        let i = (step as usize).min(Self::STEPS - 1);
+        let theta = self.normal_angles[i] + (step - i as f32) * (self.normal_angles[i + 1] - self.normal_angles[i]);
+        let (sin, cos) = theta.sin_cos();
+        let distance = self.ball.distance() / self.ball.radius;
+        let view_angle = sin.atan2(distance - cos);
+        // How much smaller the image is than what it shows: dβ/dφ along, sin β / sin φ across.
+        let slope = (distance * cos - 1.0) / (distance * distance + 1.0 - 2.0 * distance * cos);
+        let along_axis = (slope / (2.0 + slope)).max(0.0);
+        let across = if angle > 1e-3 { view_angle.sin() / angle.sin().max(1e-3) } else { along_axis };
+        let side = (cell.dir_world - self.axis * along).normalize_or_zero();
+        let (sin_view, cos_view) = view_angle.sin_cos();
+        let towards_ball = side * sin_view - self.axis * cos_view;
+        self.reflectance * cell.solid_angle * along_axis * across * normal.dot(towards_ball).max(0.0)
+    }
+}
+
+fn paper_points(desk: Desk) -> Vec<MeterPoint> {
+    let mut points = Vec::new();
+    for paper in desk.papers {
+        let middle_of_margin = paper.size * 4.5 / 8.0;
+        let normal_world = paper.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
+        for step in 0..PAPER_STEPS {
+            let along = (2.0 * step as f32 / PAPER_STEPS as f32 - 1.0) * middle_of_margin;
+            let sides = [
+                (along, middle_of_margin),
+                (-along, -middle_of_margin),
+                (middle_of_margin, -along),
+                (-middle_of_margin, along),
+            ];
+            points.extend(sides.map(|(x, z)| MeterPoint {
+                pos_world: paper.world_from_marker.transform_point3(Vec3::new(x, 0.0, z)),
+                normal_world,
+                surface: Surface::Paper,
+                reflectance: Some(Vec3::splat(paper.reflectance)),
+            }));
+        }
+    }
+    points
+}
+
+fn phantom_points(desk: Desk, intrinsics: &Intrinsics, camera_from_world: &Affine3A) -> Vec<MeterPoint> {
+    let world_from_camera = camera_from_world.inverse();
+    let eye: Vec3 = world_from_camera.translation.into();
+    let size = intrinsics.size.as_vec2();
+    // Twice as many as are kept: some rays miss.
+    let spacing = (size.element_product() / (2 * MOST_POINTS) as f32).sqrt();
+    let counts = (size / spacing).as_uvec2();
+    let mut points = Vec::new();
+    for i in 0..counts.element_product() {
+        let pixel = (Vec2::new((i % counts.x) as f32, (i / counts.x) as f32) + 0.5) * spacing;
+        let ray = world_from_camera.transform_vector3(intrinsics.ray(pixel)).normalize();
+        if sphere_is_hit(desk.ball.center - eye, 1.05 * desk.ball.radius, ray) {
+            continue;
+        }
+        let nearest = desk
+            .phantoms
+            .iter()
+            .enumerate()
+            .filter_map(|(k, phantom)| phantom.hit(eye, ray).map(|(distance, normal)| (k, distance, normal)))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((k, distance, normal_world)) = nearest else {
+            continue;
+        };
+        let pos_world = eye + distance * ray;
+        let is_usable = desk.phantoms[k].receives
+            && -normal_world.dot(ray) > LEAST_VIEW_COSINE
+            && !desk.papers.iter().any(|paper| is_on_sheet(paper, pos_world));
+        if is_usable {
+            let reflectance = desk.phantoms[k].reflectance;
+            points.push(MeterPoint { pos_world, normal_world, surface: Surface::Phantom(k), reflectance });
+        }
+    }
+    let step = points.len().div_ceil(MOST_POINTS).max(1);
+    points.into_iter().step_by(step).collect()
+}
+
+fn is_on_sheet(paper: &Paper, pos_world: Vec3) -> bool {
+    let pos = paper.world_from_marker.inverse().transform_point3(pos_world);
+    pos.y.abs() < 0.01 && pos.x.abs().max(pos.z.abs()) < (0.5 + SHEET_MARGIN) * paper.size
+}
+
+/// Half width of the square of pixels that one brightness is taken from.
+const WINDOW: i32 = 3;
+/// Quarters of the square that differ by more show an edge: share of the mean, and linear camera units.
+const MOST_CONTRAST: (f32, f32) = (0.08, 0.01);
+
+/// Radiance of the picture about a pixel: per channel the mean of the middle half, NaN where it is clipped. `None` across edges and
+/// outside of the picture.
+pub(super) fn brightness(frame: &FramePixels, pixel: Vec2) -> Option<Vec3> {
+    let (x, y) = (pixel.x as i32, pixel.y as i32);
+    let size = frame.size.as_ivec2();
+    if x < WINDOW || y < WINDOW || x + WINDOW >= size.x || y + WINDOW >= size.y {
+        return None;
+    }
+    let mut values: [Vec<f32>; 3] = Default::default();
+    let mut quarters = [(0.0_f32, 0.0_f32); 4];
+    for dy in -WINDOW..=WINDOW {
+        for dx in -WINDOW..=WINDOW {
+            let value = frame.linear(x + dx, y + dy);
+            for (channel, value) in values.iter_mut().zip(value.to_array()) {
+                channel.push(value);
+            }
+            if dx != 0 && dy != 0 {
+                let quarter = &mut quarters[usize::from(dx > 0) + 2 * usize::from(dy > 0)];
+                // Fireflies and dust must not look like an edge.
+                quarter.0 += value.element_sum().min(3.0).sqrt();
+                quarter.1 += 1.0;
+            }
+        }
+    }
+    let means = quarters.map(|(sum, count)| (sum / count).powi(2) / 3.0);
+    let (low, high) = means.into_iter().fold((f32::MAX, 0.0_f32), |(low, high), m| (low.min(m), high.max(m)));
+    if high - low > MOST_CONTRAST.0 * high + MOST_CONTRAST.1 {
+        return None;
+    }
+    Some(Vec3::from_array(values.map(|mut channel| {
+        channel.sort_by(f32::total_cmp);
+        let (from, to) = (channel.len() / 4, channel.len() - channel.len() / 4);
+        let mean = channel[from..to].iter().sum::<f32>() / (to - from) as f32;
+        if channel[to - 1] > CLIPPED_ABOVE { f32::NAN } else { mean }
+    })))
+}
+
+/// A surface this bright may be clipped in part, linear camera units.
+const CLIPPED_ABOVE: f32 = 0.97;

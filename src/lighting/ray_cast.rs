@@ -1,0 +1,120 @@
+//! What stands between a point and a direction: phantoms as triangles, the ball as a sphere.
+
+use bevy::{
+    math::Affine3A,
+    mesh::{Mesh, PrimitiveTopology, VertexAttributeValues},
+    prelude::*,
+};
+
+/// A real thing on the desk, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhantomSolid {
+    /// Whether it hides light from others; supporting planes do not.
+    pub casts: bool,
+    /// Whether its own brightness tells of the light on it; mirrors' does not.
+    pub receives: bool,
+    /// Share of light it reflects, per channel, where that is known.
+    pub reflectance: Option<Vec3>,
+    triangles: Vec<[Vec3; 3]>,
+    center: Vec3,
+    radius: f32,
+}
+
+/// Rays start this far from the surface they belong to, in metres: meshes are no better than that.
+pub(super) const SURFACE_OFFSET: f32 = 5e-4;
+
+impl PhantomSolid {
+    /// Takes the triangles of a mesh; `None` if it has none that the CPU can read.
+    pub fn from_mesh(mesh: &Mesh, world_from_mesh: &Affine3A) -> Option<Self> {
+        if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
+            return None;
+        }
+        let Some(VertexAttributeValues::Float32x3(positions)) = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION).ok()
+        else {
+            return None;
+        };
+        let vertices: Vec<Vec3> =
+            positions.iter().map(|p| world_from_mesh.transform_point3(Vec3::from_array(*p))).collect();
+        let corners: Vec<usize> = match mesh.try_indices().ok() {
+            Some(indices) => indices.iter().collect(),
+            None => (0..vertices.len()).collect(),
+        };
+        let triangles = corners
+            .chunks_exact(3)
+            .filter_map(|t| Some([*vertices.get(t[0])?, *vertices.get(t[1])?, *vertices.get(t[2])?]))
+            .collect();
+        Self::from_triangles(triangles)
+    }
+
+    /// A solid of triangles in world space; `None` if there are none or they are not finite.
+    pub fn from_triangles(triangles: Vec<[Vec3; 3]>) -> Option<Self> {
+        let (low, high) = triangles
+            .iter()
+            .flatten()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+        if !(low.is_finite() && high.is_finite()) {
+            return None;
+        }
+        let center = 0.5 * (low + high);
+        let radius = triangles.iter().flatten().map(|p| p.distance(center)).fold(0.0, f32::max);
+        Some(Self { casts: true, receives: true, reflectance: None, triangles, center, radius })
+    }
+
+    /// Whether every corner lies within a sphere: a stand-in for the ball itself.
+    pub fn is_within(&self, center: Vec3, radius: f32) -> bool {
+        self.triangles.iter().flatten().all(|p| p.distance(center) <= radius)
+    }
+
+    /// Distance along a ray to the nearest of its triangles and that triangle's normal, towards the ray's origin.
+    pub(super) fn hit(&self, origin: Vec3, dir: Vec3) -> Option<(f32, Vec3)> {
+        if !sphere_is_hit(self.center - origin, self.radius, dir) {
+            return None;
+        }
+        let mut nearest: Option<(f32, Vec3)> = None;
+        for [a, b, c] in &self.triangles {
+            // Möller & Trumbore 1997, both sides.
+            let (ab, ac) = (*b - *a, *c - *a);
+            let p = dir.cross(ac);
+            let det = ab.dot(p);
+            if det.abs() < 1e-12 {
+                continue;
+            }
+            let from_a = origin - *a;
+            let u = from_a.dot(p) / det;
+            let q = from_a.cross(ab);
+            let v = dir.dot(q) / det;
+            if u < 0.0 || v < 0.0 || u + v > 1.0 {
+                continue;
+            }
+            let t = ac.dot(q) / det;
+            if t > 0.0 && nearest.is_none_or(|(best, _)| t < best) {
+                let normal = ab.cross(ac).normalize_or_zero();
+                nearest = Some((t, if normal.dot(dir) > 0.0 { -normal } else { normal }));
+            }
+        }
+        nearest
+    }
+}
+
+/// Whether a ray from the origin hits a sphere; from inside it always does.
+pub(super) fn sphere_is_hit(center: Vec3, radius: f32, dir: Vec3) -> bool {
+    let along = center.dot(dir);
+    let outside = center.length_squared() - radius * radius;
+    outside <= 0.0 || (along > 0.0 && along * along >= outside)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_is_hit_from_outside_where_it_stands() {
+        let mesh = Cuboid::new(0.2, 0.1, 0.2).mesh().build();
+        let solid = PhantomSolid::from_mesh(&mesh, &Affine3A::from_translation(Vec3::Y)).expect("a box has triangles");
+        let (distance, normal) = solid.hit(Vec3::new(0.05, 0.0, 0.02), Vec3::Y).expect("above");
+        assert!((distance - 0.95).abs() < 1e-5 && normal.distance(Vec3::NEG_Y) < 1e-5, "{distance} {normal}");
+        assert!(solid.hit(Vec3::new(0.15, 0.0, 0.0), Vec3::Y).is_none());
+        assert!(solid.hit(Vec3::ZERO, Vec3::NEG_Y).is_none());
+        assert!(solid.is_within(Vec3::Y, 0.2) && !solid.is_within(Vec3::ZERO, 0.2));
+    }
+}

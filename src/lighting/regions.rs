@@ -1,0 +1,114 @@
+//! Clipped light in pieces: connected cells, large ones split where they vary most in direction.
+
+use super::sky::SkyCell;
+use bevy::{math::Mat3, prelude::*};
+
+/// Cells of the sky that go together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Region {
+    /// Places in the sky.
+    pub cells: Vec<usize>,
+    /// Steradian.
+    pub solid_angle: f32,
+    /// Towards the middle, unit vector in world space.
+    pub dir_world: Vec3,
+    /// Root of the mean squared distance from the middle, about radians.
+    pub spread: f32,
+}
+
+impl Region {
+    /// Describes some cells, each with its weight.
+    pub(super) fn new(cells: Vec<usize>, sky: &[SkyCell], weight: &impl Fn(usize) -> f32) -> Self {
+        let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+        for &i in &cells {
+            sum += weight(i) * sky[i].dir_world;
+            total += weight(i);
+        }
+        let mean = sum / total.max(f32::MIN_POSITIVE);
+        let solid_angle = cells.iter().map(|&i| sky[i].solid_angle).sum();
+        // The mean of unit vectors is shorter by half of their variance.
+        let spread = (1.0 - mean.length_squared()).max(0.0).sqrt();
+        Self { cells, solid_angle, dir_world: mean.normalize_or_zero(), spread }
+    }
+
+    /// Two halves on both sides of the middle, across the direction of largest variance.
+    pub(super) fn split(self, sky: &[SkyCell], weight: &impl Fn(usize) -> f32) -> [Self; 2] {
+        let mut total = 0.0;
+        let mut mean = Vec3::ZERO;
+        for &i in &self.cells {
+            mean += weight(i) * sky[i].dir_world;
+            total += weight(i);
+        }
+        mean /= total.max(f32::MIN_POSITIVE);
+        let mut covariance = Mat3::ZERO;
+        for &i in &self.cells {
+            let d = sky[i].dir_world - mean;
+            covariance += Mat3::from_cols(d * d.x, d * d.y, d * d.z) * weight(i);
+        }
+        let mut axis = self.dir_world.any_orthonormal_vector() + 0.3 * self.dir_world.any_orthonormal_pair().1;
+        for _ in 0..16 {
+            axis = (covariance * axis).normalize_or(axis);
+        }
+        let (near, far) = self.cells.into_iter().partition(|&i| (sky[i].dir_world - mean).dot(axis) < 0.0);
+        [Self::new(near, sky, weight), Self::new(far, sky, weight)]
+    }
+}
+
+/// Groups of cells that touch each other.
+pub(super) fn connected(cells: &[usize], sky: &[SkyCell]) -> Vec<Vec<usize>> {
+    let mut rest = cells.to_vec();
+    let mut groups = Vec::new();
+    while let Some(first) = rest.pop() {
+        let mut group = vec![first];
+        let mut at = 0;
+        while at < group.len() {
+            let from = &sky[group[at]];
+            // Cells that share a corner are at most this far apart; those in the corners of a cube are the smallest.
+            let reach = 1.7 * from.solid_angle.sqrt();
+            let mut i = 0;
+            while i < rest.len() {
+                if sky[rest[i]].dir_world.distance_squared(from.dir_world) < reach * reach {
+                    group.push(rest.swap_remove(i));
+                } else {
+                    i += 1;
+                }
+            }
+            at += 1;
+        }
+        groups.push(group);
+    }
+    groups
+}
+
+/// Share of a cell's light that has to be clipped for it to belong to a region.
+const LEAST_CLIPPED_SHARE: f32 = 0.25;
+/// Regions wider than this (root mean square, radians) are split.
+const WIDEST: f32 = 0.16;
+/// Most unknowns per channel.
+const MOST_REGIONS: usize = 40;
+
+/// The clipped cells above a plane, in regions of similar size.
+pub(super) fn clipped_regions(sky: &[SkyCell], up_world: Vec3) -> Vec<Region> {
+    let is_clipped = |cell: &SkyCell| {
+        cell.dir_world.dot(up_world) > 0.0
+            && (cell.clipped + cell.limited).max_element() > LEAST_CLIPPED_SHARE * cell.seen.max_element()
+    };
+    let cells: Vec<usize> = (0..sky.len()).filter(|&i| is_clipped(&sky[i])).collect();
+    let weight = |i: usize| sky[i].solid_angle;
+    let mut regions: Vec<Region> =
+        connected(&cells, sky).into_iter().map(|group| Region::new(group, sky, &weight)).collect();
+    regions.sort_by(|a, b| b.solid_angle.total_cmp(&a.solid_angle));
+    // What is left over are single pixels.
+    regions.truncate(MOST_REGIONS);
+    while regions.len() < MOST_REGIONS {
+        let Some(widest) = (0..regions.len()).max_by(|&a, &b| regions[a].spread.total_cmp(&regions[b].spread)) else {
+            break;
+        };
+        if regions[widest].spread <= WIDEST || regions[widest].cells.len() < 2 {
+            break;
+        }
+        let halves = regions.swap_remove(widest).split(sky, &weight);
+        regions.extend(halves);
+    }
+    regions
+}

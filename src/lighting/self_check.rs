@@ -1,0 +1,88 @@
+//! A virtual ball over the real one: how well the light that is shown explains the newest picture.
+
+use super::{
+    find::FoundLight,
+    sky::{SKY_EDGE, SkyCell, cell_index},
+    solve::DeskPicture,
+};
+use crate::{
+    camera::srgb_to_linear,
+    probe::{BallView, EDGE_MARGIN_PIXELS},
+};
+use bevy::prelude::*;
+
+/// Difference between the real ball and a virtual one in its place; on the entity of the ball.
+///
+/// The virtual ball mirrors the light that was shown when the picture arrived, that of the picture before: what has moved, flickered
+/// or been placed badly shows here.
+#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct SelfCheck {
+    /// Sequence number of the picture.
+    pub sequence: u64,
+    /// Root of the mean squared difference of pixels, sRGB-encoded, 0…1.
+    pub rmse: f32,
+    /// Angle between the strongest light as the game knows it and its picture in the real ball, radians. `None` without a light
+    /// or where the ball shows no clipped pixel near it.
+    pub key_light_angle: Option<f32>,
+}
+
+/// Pixels that are compared along each side of the ball.
+const STEPS: u32 = 48;
+/// Clipped pixels that show directions this close to a light belong to it, radians beyond its angular radius.
+const AROUND: f32 = 0.1;
+
+/// Compares a picture with what a sky and a light in it predict.
+pub(super) fn check(
+    picture: &DeskPicture,
+    sky: &[SkyCell],
+    gains: &[Vec3],
+    key: Option<&FoundLight>,
+) -> Option<(f32, Option<f32>)> {
+    let center = picture.camera_from_world.transform_point3(picture.ball.center);
+    let ball = BallView::new(center, picture.ball.radius)?;
+    let outline = ball.outline(&picture.intrinsics);
+    let keep = 1.0 - 2.0 * EDGE_MARGIN_PIXELS / outline.semi_axes.y.max(2.0 * EDGE_MARGIN_PIXELS);
+    let world_from_camera = picture.camera_from_world.inverse();
+    let frame = &picture.frame;
+    let (mut sum, mut count) = (0.0_f32, 0.0_f32);
+    let mut towards_key = Vec3::ZERO;
+    for i in 0..STEPS * STEPS {
+        let across = (Vec2::new((i % STEPS) as f32, (i / STEPS) as f32) + 0.5) / STEPS as f32 * 2.0 - 1.0;
+        if across.length() >= keep {
+            continue;
+        }
+        let turned = Vec2::from_angle(outline.angle).rotate(across * outline.semi_axes);
+        let pixel = outline.center + turned;
+        if pixel.cmplt(Vec2::ZERO).any() || pixel.cmpge(frame.size.as_vec2()).any() {
+            continue;
+        }
+        let Some(dir_camera) = ball.mirrored_direction(picture.intrinsics.ray(pixel)) else {
+            continue;
+        };
+        let dir_world = world_from_camera.transform_vector3(dir_camera);
+        let cell = cell_index(dir_world, SKY_EDGE);
+        let expected = picture.ball.reflectance * sky[cell].radiance(gains[cell]);
+        let real = frame.rgb8(pixel.x as i32, pixel.y as i32);
+        for c in 0..3 {
+            let difference = encode(expected[c]) - f32::from(real[c]) / 255.0;
+            sum += difference * difference;
+            count += 1.0;
+        }
+        if let Some(key) = key
+            && real.into_iter().map(srgb_to_linear).fold(0.0, f32::max) > 0.98
+            && dir_world.angle_between(key.direction) < key.angular_radius + AROUND
+        {
+            // A pixel shows a larger part of the sky the nearer it is to the rim.
+            towards_key += dir_world / (1.0 - across.length_squared()).max(0.05).sqrt();
+        }
+    }
+    let angle =
+        key.filter(|_| towards_key != Vec3::ZERO).map(|key| towards_key.normalize().angle_between(key.direction));
+    (count > 0.0).then(|| ((sum / count).sqrt(), angle))
+}
+
+fn encode(linear: f32) -> f32 {
+    let linear = linear.clamp(0.0, 1.0);
+    if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}

@@ -1,0 +1,125 @@
+//! The ball's picture as a cube of small cells, with what of each cell the camera clipped.
+
+use crate::{
+    camera::{FramePixels, Intrinsics},
+    probe::{BallView, ClipGains, EDGE_MARGIN_PIXELS, cube_directions, gain_limits},
+};
+use bevy::{math::Affine3A, prelude::*};
+
+/// Cells along an edge of the cube that light is solved on: 2.8° each.
+pub(super) const SKY_EDGE: u32 = ClipGains::EDGE;
+
+/// A cell of the sky as the ball shows it, radiance in linear camera units.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct SkyCell {
+    /// Towards the cell, world space.
+    pub dir_world: Vec3,
+    /// Steradian.
+    pub solid_angle: f32,
+    /// Radiance with clipped light taken for white.
+    pub seen: Vec3,
+    /// The part of it that is clipped and may be any number of times brighter.
+    pub clipped: Vec3,
+    /// The part of it that is clipped and may be brighter by the factor `limit` at most.
+    pub limited: Vec3,
+    /// At least 1.
+    pub limit: Vec3,
+}
+
+impl SkyCell {
+    /// Radiance if clipped light is multiplied by a gain per channel.
+    pub(super) fn radiance(&self, gain: Vec3) -> Vec3 {
+        self.seen + (gain - 1.0) * self.clipped + (gain.min(self.limit) - 1.0).max(Vec3::ZERO) * self.limited
+    }
+}
+
+/// Where a ball is looked at.
+#[derive(Clone, Copy)]
+pub(super) struct BallPicture<'a> {
+    pub frame: &'a FramePixels,
+    pub intrinsics: &'a Intrinsics,
+    pub ball: &'a BallView,
+    /// Share of light the ball mirrors.
+    pub reflectance: f32,
+    pub camera_from_world: &'a Affine3A,
+}
+
+impl BallPicture<'_> {
+    /// The sky in cells, in the order of [`cube_directions`].
+    pub(super) fn sky(&self, edge: u32) -> Vec<SkyCell> {
+        const SUBSAMPLES: u32 = 2;
+        let edge_angle = self.ball.edge_angle(self.intrinsics, EDGE_MARGIN_PIXELS);
+        let fine: Vec<(Vec3, f32)> = cube_directions(edge).collect();
+        fine.into_iter()
+            .map(|(dir_world, solid_angle)| {
+                let mut cell = SkyCell { dir_world, solid_angle, ..default() };
+                let step = solid_angle.sqrt() / SUBSAMPLES as f32;
+                let (right, up) = dir_world.any_orthonormal_pair();
+                let mut limits = Vec3::ZERO;
+                for i in 0..SUBSAMPLES * SUBSAMPLES {
+                    let across = (Vec2::new((i % SUBSAMPLES) as f32, (i / SUBSAMPLES) as f32)
+                        - 0.5 * (SUBSAMPLES - 1) as f32)
+                        * step;
+                    let dir = (dir_world + across.x * right + across.y * up).normalize();
+                    let dir_camera = self.camera_from_world.transform_vector3(dir);
+                    if let Some(pixel) = self.intrinsics.project(self.ball.surface_point(dir_camera, edge_angle)) {
+                        self.add_bilinear(&mut cell, &mut limits, pixel, 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32);
+                    }
+                }
+                cell.limit = Vec3::from_array(std::array::from_fn(|c| {
+                    if cell.limited[c] > 0.0 { limits[c] / cell.limited[c] } else { 1.0 }
+                }));
+                cell
+            })
+            .collect()
+    }
+
+    fn add_bilinear(&self, cell: &mut SkyCell, limits: &mut Vec3, pixel: Vec2, weight: f32) {
+        let corner = (pixel - 0.5).floor();
+        let t = pixel - 0.5 - corner;
+        let (x, y) = (corner.x as i32, corner.y as i32);
+        let shares = [(1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y];
+        for (share, (dx, dy)) in shares.into_iter().zip([(0, 0), (1, 0), (0, 1), (1, 1)]) {
+            let value = self.frame.linear(x + dx, y + dy);
+            let part = weight * share / self.reflectance * value;
+            cell.seen += part;
+            for (c, limit) in gain_limits(value).into_iter().enumerate() {
+                match limit {
+                    Some(f32::INFINITY) => cell.clipped[c] += part[c],
+                    Some(limit) => {
+                        cell.limited[c] += part[c];
+                        limits[c] += part[c] * limit;
+                    }
+                    None => {}
+                }
+            }
+        }
+    }
+}
+
+/// Place of a world direction in a cube of cells, in the order of [`cube_directions`]. Twin of `sky_cell` in
+/// `unwrap_pass.wgsl`.
+pub(super) fn cell_index(dir_world: Vec3, edge: u32) -> usize {
+    let size = dir_world.abs();
+    let axis = if size.x >= size.y && size.x >= size.z { 0 } else { 2 - u32::from(size.y >= size.z) };
+    let (along, a, b) = match axis {
+        0 => (dir_world.x, dir_world.y, dir_world.z),
+        1 => (dir_world.y, dir_world.x, dir_world.z),
+        _ => (dir_world.z, dir_world.x, dir_world.y),
+    };
+    let face = 2 * axis + u32::from(along < 0.0);
+    let place = |v: f32| (((v / along.abs() * 0.5 + 0.5) * edge as f32) as u32).min(edge - 1);
+    ((face * edge + place(b)) * edge + place(a)) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cell_is_found_by_its_direction() {
+        for (i, (dir, _)) in cube_directions(SKY_EDGE).enumerate() {
+            assert_eq!(cell_index(dir, SKY_EDGE), i, "{dir}");
+        }
+    }
+}

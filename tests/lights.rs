@@ -1,0 +1,274 @@
+//! Light the camera clipped, recovered from what stands on the desk, and the lights in it. Needs no GPU.
+
+mod shared_data;
+mod truth;
+
+use bevy::{asset::RenderAssetUsages, math::Affine3A, mesh::PrimitiveTopology, prelude::*};
+use bevy_mirrorball::{
+    camera::{CameraPlugin, FramePixels},
+    lighting::{
+        DeskPicture, LightingPlugin, MirrorBall, Paper, RealLight, RecoveredLight, SelfCheck, SolvedLight, SolverCache,
+        solve_light,
+    },
+    prelude::*,
+    probe::ProbePlugin,
+    stage::StagePlugin,
+    tracking::TrackingPlugin,
+};
+use std::{path::Path, sync::Arc};
+use truth::{ROOMS, TrueSky, desk_picture, phantom_meshes, sidecar, vector};
+
+/// Most that irradiance at the marker may be off, per channel, where the paper is not clipped.
+const MARKER_TOLERANCE: f32 = 0.1;
+/// Most that irradiance at tilted surfaces may be off.
+const TILTED_TOLERANCE: f32 = 0.3;
+/// Most that a light's direction may be off, degrees.
+const KEY_LIGHT_DEGREES: f32 = 3.0;
+/// Paper brighter than this in a channel is clipped in part.
+const CLIPPED_PAPER: f32 = 0.95;
+
+/// The marker's normal and seven tilted by 53° against it.
+fn normals() -> [Vec3; 8] {
+    std::array::from_fn(|i| {
+        if i == 7 {
+            return Vec3::Y;
+        }
+        let azimuth = std::f32::consts::TAU * i as f32 / 7.0;
+        let (sin, cos) = 53_f32.to_radians().sin_cos();
+        Vec3::new(sin * azimuth.sin(), cos, -sin * azimuth.cos())
+    })
+}
+
+/// Irradiance ÷ π from the upper half; what lies below is the desk, which the true map does not hold.
+fn irradiance_from_above(light: &SolvedLight, normal: Vec3) -> Vec3 {
+    let above = light.sky().filter(|(dir, ..)| dir.y > 0.0);
+    above.map(|(dir, solid_angle, radiance)| radiance * (solid_angle * dir.dot(normal).max(0.0))).sum::<Vec3>()
+        / std::f32::consts::PI
+}
+
+#[test]
+fn recovered_light_shines_like_the_true_room() {
+    let Some(folder) = shared_data::find("ar_truth") else { return };
+    let mut has_failed = false;
+    for room in ROOMS {
+        let picture = desk_picture(&folder, room);
+        let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
+        let sky = TrueSky::open(&folder, room);
+        let off = normals().map(|normal| {
+            let truth = sky.irradiance_from_above(normal);
+            ((irradiance_from_above(&solved, normal) - truth) / truth).abs()
+        });
+        let paper = 0.8 * sky.irradiance_from_above(Vec3::Y);
+        let at_marker = Vec3::select(paper.cmplt(Vec3::splat(CLIPPED_PAPER)), off[7], Vec3::ZERO).max_element();
+        let tilted = off[..7].iter().map(|off| off.max_element()).fold(0.0, f32::max);
+        println!(
+            "{room}: {} regions, {} points, residual {:.3}, condition {:.0}; off at the marker {at_marker:.3}, tilted {tilted:.3}",
+            solved.regions.len(),
+            solved.points,
+            solved.residual,
+            solved.condition
+        );
+        has_failed |= at_marker > MARKER_TOLERANCE || tilted > TILTED_TOLERANCE;
+    }
+    assert!(!has_failed);
+}
+
+#[test]
+fn the_key_light_of_the_studio_is_where_it_is() {
+    let Some(folder) = shared_data::find("ar_truth") else { return };
+    let picture = desk_picture(&folder, "open_studio");
+    let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
+    let key = solved.lights()[0];
+    let (elevation, azimuth) = (41.7_f32.to_radians(), -99.0_f32.to_radians());
+    let truth = Vec3::new(elevation.cos() * azimuth.sin(), elevation.sin(), -elevation.cos() * azimuth.cos());
+    let degrees = key.direction.angle_between(truth).to_degrees();
+    println!("key light {degrees:.2}° off, {key:?}");
+    assert!(degrees <= KEY_LIGHT_DEGREES && key.share > 0.5);
+}
+
+/// Seeds of camera noise, and its standard deviation in steps of 8-bit sRGB.
+const NOISE: (u64, f32) = (20, 1.5);
+/// Most that the energy of a light may vary, standard deviation ÷ mean.
+const ENERGY_VARIATION: f32 = 0.05;
+
+/// The picture with other noise: sums of four uniform numbers (xorshift).
+fn noisy(frame: &FramePixels, seed: u64) -> FramePixels {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(seed + 1);
+    let mut uniform = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 40) as f32 / (1 << 24) as f32 - 0.5
+    };
+    let rgba = frame.rgba.iter().map(|&byte| {
+        let noise = (uniform() + uniform() + uniform() + uniform()) * 3_f32.sqrt() * NOISE.1;
+        (f32::from(byte) + noise).round().clamp(0.0, 255.0) as u8
+    });
+    FramePixels::new(frame.size, rgba.collect()).expect("the same size")
+}
+
+#[test]
+fn energies_hardly_vary_with_the_noise_of_the_camera() {
+    let Some(folder) = shared_data::find("ar_truth") else { return };
+    for room in ["open_studio", "open_warehouse"] {
+        let picture = desk_picture(&folder, room);
+        let mut cache = SolverCache::default();
+        let keys: Vec<_> = (0..NOISE.0)
+            .map(|seed| {
+                let picture = DeskPicture { frame: Arc::new(noisy(&picture.frame, seed)), ..picture.clone() };
+                solve_light(&picture, &mut cache).expect("in view").lights()[0].irradiance.element_sum()
+            })
+            .collect();
+        let mean = keys.iter().sum::<f32>() / keys.len() as f32;
+        let variance = keys.iter().map(|e| (e - mean).powi(2)).sum::<f32>() / keys.len() as f32;
+        println!("{room}: key light {mean:.3} ± {:.2} %", 100.0 * variance.sqrt() / mean);
+        assert!(variance.sqrt() <= ENERGY_VARIATION * mean);
+    }
+}
+
+/// So far from the marker that its shadow and its mirror light do not reach the paper.
+const BALL: MirrorBall = MirrorBall { center: Vec3::new(0.30, 0.05, 0.05), radius: 0.05, reflectance: 0.9 };
+/// Radiance of the paper in ray-traced pictures, camera units.
+const PAPER: f32 = 0.7;
+
+/// A marker's paper and a ball on an endless gray desk, ray-traced under some environment. The picture is exposed for the paper.
+fn ray_traced(environment: impl Fn(Vec3) -> Vec3) -> DeskPicture {
+    const SUBPIXELS: u32 = 4;
+    let size = UVec2::new(480, 270);
+    let intrinsics = Intrinsics { focal: Vec2::splat(492.0), center: size.as_vec2() / 2.0, size };
+    let pose = Transform::from_xyz(-0.05, 0.36, -0.42).looking_at(Vec3::new(0.15, 0.02, 0.02), Vec3::Y);
+    let eye = pose.translation;
+    let count = 200_000;
+    let cosine_sum: Vec3 = upper_hemisphere(count).map(|dir| environment(dir) * dir.y).sum();
+    let white = cosine_sum * 2.0 / count as f32;
+    let exposure = PAPER / (0.8 * white.max_element());
+    let (paper, desk) = (0.8 * exposure * white, 0.3 * exposure * white);
+    let radiance = |ray: Vec3| {
+        let to_ball = BALL.center - eye;
+        let along = to_ball.dot(ray);
+        let beside = along * along - to_ball.length_squared() + BALL.radius * BALL.radius;
+        if beside > 0.0 {
+            let normal = (ray * (along - beside.sqrt()) - to_ball).normalize();
+            let mirrored = ray.reflect(normal);
+            let light = if mirrored.y > 0.0 { exposure * environment(mirrored) } else { desk };
+            return BALL.reflectance * light;
+        }
+        if ray.y >= 0.0 {
+            return exposure * environment(ray);
+        }
+        let on_desk = eye - ray * (eye.y / ray.y);
+        if on_desk.x.abs().max(on_desk.z.abs()) < 0.0625 { paper } else { desk }
+    };
+    let rgba = (0..size.x * size.y).flat_map(|i| {
+        let corner = Vec2::new((i % size.x) as f32, (i / size.x) as f32);
+        let rays = (0..SUBPIXELS * SUBPIXELS).map(|k| {
+            let inside = (Vec2::new((k % SUBPIXELS) as f32, (k / SUBPIXELS) as f32) + 0.5) / SUBPIXELS as f32;
+            radiance(pose.rotation * intrinsics.ray(corner + inside))
+        });
+        // The sensor clips what has been gathered, not rays: a sun smaller than a pixel clips it.
+        let mean = (rays.sum::<Vec3>() / (SUBPIXELS * SUBPIXELS) as f32).min(Vec3::ONE);
+        let srgb = Color::linear_rgb(mean.x, mean.y, mean.z).to_srgba().to_u8_array();
+        [srgb[0], srgb[1], srgb[2], 255]
+    });
+    DeskPicture {
+        frame: Arc::new(FramePixels::new(size, rgba.collect()).expect("four bytes a pixel")),
+        intrinsics,
+        camera_from_world: pose.compute_affine().inverse(),
+        ball: BALL,
+        papers: vec![Paper { world_from_marker: Affine3A::IDENTITY, size: 0.1, reflectance: 0.8 }],
+        phantoms: Arc::default(),
+        max_gain: 1000.0,
+    }
+}
+
+/// Directions spread evenly over the upper hemisphere (Fibonacci lattice).
+fn upper_hemisphere(count: usize) -> impl Iterator<Item = Vec3> {
+    (0..count).map(move |i| {
+        let y = (i as f32 + 0.5) / count as f32;
+        let (sin, cos) = (i as f64 * 2.399_963_229_728_653).sin_cos();
+        let across = (1.0 - y * y).sqrt();
+        Vec3::new(across * cos as f32, y, across * sin as f32)
+    })
+}
+
+#[test]
+fn the_suns_of_ray_traced_balls_are_found_and_none_is_invented() {
+    let found = |environment: &dyn Fn(Vec3) -> Vec3| {
+        let picture = ray_traced(environment);
+        let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
+        solved.lights()
+    };
+    let overcast = |dir: Vec3| Vec3::splat((1.0 + 2.0 * dir.y.max(0.0)) / 3.0);
+    assert_eq!(found(&|_| Vec3::ONE), [], "a uniform sky has no lights");
+    assert_eq!(found(&overcast), [], "an overcast sky has no lights");
+    let suns = [Vec3::new(0.5, 0.6, 0.7), Vec3::new(-0.8, 0.35, 0.3)].map(Vec3::normalize);
+    let lights = found(&|dir| {
+        let sky = Vec3::new(0.2, 0.3, 0.5);
+        match suns.map(|sun| dir.angle_between(sun)) {
+            [a, _] if a < 0.03 => Vec3::new(900.0, 800.0, 600.0),
+            [_, b] if b < 0.03 => Vec3::splat(700.0),
+            _ => sky,
+        }
+    });
+    assert_eq!(lights.len(), 2, "{lights:?}");
+    for sun in suns {
+        let degrees =
+            lights.iter().map(|light| light.direction.angle_between(sun).to_degrees()).fold(f32::MAX, f32::min);
+        println!("sun {degrees:.2}° off");
+        assert!(degrees <= KEY_LIGHT_DEGREES);
+    }
+}
+
+const CLIP: &str = "assets/desk_clip";
+/// Most that the moving lamp's direction may be off in half of the pictures, degrees.
+const LAMP_DEGREES: f32 = 4.0;
+
+#[cfg(feature = "apriltag")]
+#[test]
+fn the_moving_lamp_of_the_recorded_desk_is_followed_as_one_light() {
+    let clip = sidecar(Path::new(&format!("{CLIP}/clip.json")));
+    let frames = clip["frames"].as_array().expect("pictures");
+    let ball = Vec3::new(0.17, 0.05, 0.01);
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, AssetPlugin::default(), TransformPlugin, CameraPlugin, TrackingPlugin))
+        .init_asset::<bevy::shader::Shader>()
+        .init_asset::<Mesh>()
+        .init_asset::<Image>()
+        .add_plugins((StagePlugin, ProbePlugin, LightingPlugin));
+    app.world_mut().spawn((ArCamera::default(), CameraFeed::clip(CLIP).with_pace(FeedPace::Lockstep)));
+    app.world_mut().spawn((MarkerAnchor::new(0, 0.1), WorldOrigin, Transform::from_xyz(0.0, 0.0006, 0.0)));
+    let probe = app.world_mut().spawn((LightProbeSphere::default(), Transform::from_translation(ball))).id();
+    for phantom in phantom_meshes(Path::new("assets/desk/desk.glb")) {
+        let positions: Vec<Vec3> = phantom.triangles.into_iter().flatten().collect();
+        let mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions);
+        let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
+        let role = PhantomObject { casts: phantom.casts, receives: phantom.receives };
+        app.world_mut().spawn((Mesh3d(mesh), role));
+    }
+    let mut degrees = Vec::new();
+    let mut ids = Vec::new();
+    let mut solved = 0;
+    for frame in frames {
+        app.update();
+        let truth = (vector(&frame["lamp_center"]) - ball).normalize();
+        let world = app.world_mut();
+        let nearest = world
+            .query::<&RealLight>()
+            .iter(world)
+            .min_by(|a, b| a.direction.angle_between(truth).total_cmp(&b.direction.angle_between(truth)));
+        if let Some(light) = nearest {
+            degrees.push(light.direction.angle_between(truth).to_degrees());
+            ids.push(light.id);
+        }
+        solved += usize::from(world.get::<RecoveredLight>(probe).is_some_and(|light| light.is_solved));
+    }
+    degrees.sort_by(f32::total_cmp);
+    let check = app.world().get::<SelfCheck>(probe).copied();
+    println!("{solved} of {} solved; lamp {degrees:.1?}°, ids {ids:?}; {check:?}", frames.len());
+    assert!(degrees.len() > frames.len() * 9 / 10, "found in {} pictures", degrees.len());
+    assert!(degrees[degrees.len() / 2] <= LAMP_DEGREES);
+    // Where the lamp passes another one, that may be nearer to the truth for a picture.
+    let kept = ids.iter().filter(|id| **id == ids[0]).count();
+    assert!(ids.last() == ids.first() && kept >= ids.len() * 19 / 20, "the lamp changed its number: {ids:?}");
+}
