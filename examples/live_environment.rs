@@ -82,9 +82,8 @@ fn camera(world: &World) -> impl Bundle + use<> {
     let sky = world.resource::<Sky>().picture.clone();
     (
         Camera3d::default(),
-        // The default needs a table that Bevy has only with one more feature.
-        Tonemapping::AcesFitted,
-        Transform::from_xyz(0.0, 1.4, 6.5).looking_at(Vec3::new(0.0, 0.1, 0.0), Vec3::Y),
+        Tonemapping::None,
+        Transform::from_xyz(0.0, 0.9, 4.4).looking_at(Vec3::new(0.0, 0.2, 0.0), Vec3::Y),
         AmbientLight { brightness: 0.0, ..default() },
         LiveEnvironment::new(sky).with_refresh(Refresh::OnChange),
     )
@@ -92,7 +91,9 @@ fn camera(world: &World) -> impl Bundle + use<> {
 
 /// Two rows of spheres, smooth to rough from left to right; metal in the back row, plastic in front.
 fn add_scene(app: &mut App) {
-    app.add_plugins(EnvironmentPlugin).add_systems(Update, paint_sky);
+    // The color of the air at the horizon, roughly.
+    let air = ClearColor(Color::linear_rgb(0.35, 0.5, 0.8));
+    app.add_plugins(EnvironmentPlugin).insert_resource(air).add_systems(Update, paint_sky);
     let world = app.world_mut();
     let extent = Extent3d { width: SKY_WIDTH, height: SKY_WIDTH / 2, depth_or_array_layers: 1 };
     let format = TextureFormat::Rgba32Float;
