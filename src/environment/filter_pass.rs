@@ -58,6 +58,9 @@ pub(super) fn build(app: &mut App) {
 
 /// Threads along each side of a workgroup, as in the shader.
 const WORKGROUP: u32 = 8;
+/// Texels that a thread of the sums works on, and threads in its workgroup, as in the shader.
+const QUAD: u32 = 4;
+const QUAD_WORKGROUP: u32 = 64;
 /// Blocks along a cube edge, as in the shader, and bytes of a block.
 const BLOCK_EDGE: u32 = 16;
 const BLOCK_BYTES: u32 = 32;
@@ -175,12 +178,21 @@ fn init_filter_pipelines(mut commands: Commands, asset_server: Res<AssetServer>,
     });
 }
 
-/// One dispatch: pipeline, bindings, edge length of what it writes, faces or pairs of them.
+/// One dispatch: pipeline, bindings, workgroups.
 struct Dispatch {
     pipeline: CachedComputePipelineId,
     bind_group: BindGroup,
-    edge: u32,
-    faces: u32,
+    groups: UVec3,
+}
+
+/// Workgroups of one thread for each texel of a cube.
+fn texel_groups(edge: u32) -> UVec3 {
+    UVec2::splat(edge.div_ceil(WORKGROUP)).extend(6)
+}
+
+/// Workgroups of one thread for each quad of a number of faces.
+fn quad_groups(edge: u32, faces: u32) -> UVec3 {
+    UVec3::new((edge * edge / QUAD).div_ceil(QUAD_WORKGROUP), 1, faces)
 }
 
 /// Everything to filter one environment; made once and kept as long as its textures live.
@@ -276,7 +288,7 @@ impl FilterMaker<'_> {
                 &BindGroupEntries::with_indices(((0, &finer), (1, &texels(&pyramid.texture, level)))),
             );
             let edge = pyramid.texture.width() >> level;
-            dispatches.push(Dispatch { pipeline: self.pipelines.reduce, bind_group, edge, faces: 6 });
+            dispatches.push(Dispatch { pipeline: self.pipelines.reduce, bind_group, groups: texel_groups(edge) });
         }
         let (made, publish) = match &environment.draft {
             Some([diffuse, glossy]) => {
@@ -297,9 +309,9 @@ impl FilterMaker<'_> {
             0 => texels(&cube.texture, 0),
             level => texels(&pyramid.texture, level - 1),
         };
-        let convolve = |pipeline, input: &TextureView, target: &Texture, level: u32, edge: u32, faces: u32, uniform| {
+        let convolve = |pipeline, input: &TextureView, target: &Texture, level: u32, groups: UVec3, uniform| {
             let bind_group = self.convolve_bindings(pyramid, input, &texels(target, level), uniform, &blocks)?;
-            Some(Dispatch { pipeline, bind_group, edge, faces })
+            Some(Dispatch { pipeline, bind_group, groups })
         };
         let plain = ConvolveUniform {
             alpha: 1.0,
@@ -310,17 +322,31 @@ impl FilterMaker<'_> {
         };
         let gather = level_of(MAX_GATHER_EDGE);
         let pipelines = self.pipelines;
-        dispatches.push(convolve(pipelines.gather_blocks, &gather, diffuse, 0, BLOCK_EDGE, 6, plain.clone())?);
+        dispatches.push(convolve(
+            pipelines.gather_blocks,
+            &gather,
+            diffuse,
+            0,
+            texel_groups(BLOCK_EDGE),
+            plain.clone(),
+        )?);
         let edge = glossy.width();
-        dispatches.push(convolve(pipelines.sharpest, &level_of(edge), glossy, 0, edge, 6, plain.clone())?);
+        dispatches.push(convolve(pipelines.sharpest, &level_of(edge), glossy, 0, texel_groups(edge), plain.clone())?);
         let capture = dispatches.len();
-        dispatches.push(convolve(pipelines.diffuse, &gather, diffuse, 0, diffuse.width(), 3, plain.clone())?);
+        dispatches.push(convolve(
+            pipelines.diffuse,
+            &gather,
+            diffuse,
+            0,
+            quad_groups(diffuse.width(), 3),
+            plain.clone(),
+        )?);
         let levels = glossy.mip_level_count();
         for level in 1..levels {
             let edge = glossy.width() >> level;
             let alpha = (f64::from(level) / f64::from(levels - 1)).powi(2);
             let mut uniform = ConvolveUniform { alpha: alpha as f32, ..plain.clone() };
-            let pipeline = if edge > MAX_SUM_EDGE {
+            let (pipeline, groups) = if edge > MAX_SUM_EDGE {
                 let (rings, per_ring) = tap_rings(edge);
                 let taps = lobe::taps(alpha, rings, per_ring, cube.texture.width(), LEVEL_BIAS);
                 uniform.tap_count = taps.len() as u32;
@@ -328,11 +354,11 @@ impl FilterMaker<'_> {
                     uniform.taps[i] = tap.place;
                     uniform.weights[i / 4][i % 4] = tap.weight;
                 }
-                pipelines.glossy_taps
+                (pipelines.glossy_taps, texel_groups(edge))
             } else {
-                pipelines.glossy_sum
+                (pipelines.glossy_sum, quad_groups(edge, 6))
             };
-            dispatches.push(convolve(pipeline, &gather, glossy, level, edge, 6, uniform)?);
+            dispatches.push(convolve(pipeline, &gather, glossy, level, groups, uniform)?);
         }
         let budget = match environment.refresh {
             Refresh::Budget { dispatches } => dispatches.max(1) as usize,
@@ -382,7 +408,7 @@ impl FilterMaker<'_> {
                 ),
             ),
         };
-        Dispatch { pipeline, bind_group, edge: cube.width(), faces: 6 }
+        Dispatch { pipeline, bind_group, groups: texel_groups(cube.width()) }
     }
 
     fn convolve_bindings(
@@ -461,8 +487,7 @@ fn filter_pass(
             };
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &dispatch.bind_group, &[]);
-            let groups = dispatch.edge.div_ceil(WORKGROUP);
-            pass.dispatch_workgroups(groups, groups, dispatch.faces);
+            pass.dispatch_workgroups(dispatch.groups.x, dispatch.groups.y, dispatch.groups.z);
         }
         span.end(&mut pass);
         drop(pass);

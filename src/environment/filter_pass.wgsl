@@ -133,10 +133,29 @@ fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
     blocks[(id.z * BLOCK_EDGE + id.y) * BLOCK_EDGE + id.x] = Block(vec4f(light, solid_angle(id.xy, BLOCK_EDGE)), vec4f(centroid, spread));
 }
 
+/// Texels in a row that one thread of the sums works on, so that a block is fetched once for all of them.
+const QUAD: u32 = 4u;
+
+/// The place of a thread's first texel.
+fn quad_start(thread: u32, edge: u32) -> vec2u {
+    let per_row = edge / QUAD;
+    return vec2u(thread % per_row * QUAD, thread / per_row);
+}
+
+/// Normals of a quad: one column for each of x, y and z.
+fn quad_normals(start: vec2u, face: u32, edge: u32) -> mat3x4f {
+    return transpose(mat4x3f(
+        face_direction(face, face_position(start, edge)),
+        face_direction(face, face_position(start + vec2u(1u, 0u), edge)),
+        face_direction(face, face_position(start + vec2u(2u, 0u), edge)),
+        face_direction(face, face_position(start + vec2u(3u, 0u), edge)),
+    ));
+}
+
 /// Mean of the absolute cosine over a block: one on the horizon is partly above and partly below.
-fn mean_absolute_cosine(cosine: f32, spread: f32) -> f32 {
-    let inside = min(abs(cosine), spread);
-    return max(abs(cosine), spread) - 0.5 * (spread - inside * inside / spread);
+fn mean_absolute_cosine(cosine: vec4f, spread: f32) -> vec4f {
+    let inside = min(abs(cosine), vec4f(spread));
+    return max(abs(cosine), vec4f(spread)) - 0.5 * spread + inside * inside * (0.5 / spread);
 }
 
 /// The texel in the opposite direction, on the face after this one.
@@ -145,26 +164,36 @@ fn antipode(texel: vec2u, face: u32, edge: u32) -> vec2u {
 }
 
 /// Irradiance ÷ π for each direction of the output: the cosine-weighted sum of all blocks. The positive part of a cosine is
-/// half the cosine and half its absolute value, so that two opposite directions share one sum. One thread per pair.
-@compute @workgroup_size(8, 8, 1)
+/// half the cosine and half its absolute value, so that two opposite directions share one sum. One thread per quad and its
+/// opposite.
+@compute @workgroup_size(64, 1, 1)
 fn diffuse(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(output).x;
-    if any(id.xy >= vec2u(edge)) {
+    let start = quad_start(id.x, edge);
+    if start.y >= edge {
         return;
     }
     let face = id.z * 2u;
-    let normal = face_direction(face, face_position(id.xy, edge));
-    var odd = vec3f(0.0);
-    var even = vec3f(0.0);
+    let normals = quad_normals(start, face, edge);
+    // Red, green and blue of each texel.
+    var odd = mat3x4f(vec4f(), vec4f(), vec4f());
+    var even = mat3x4f(vec4f(), vec4f(), vec4f());
     for (var i = 0u; i < 6u * BLOCK_EDGE * BLOCK_EDGE; i++) {
-        let light = blocks[i].light.rgb;
+        let light = blocks[i].light;
         let centroid = blocks[i].centroid;
-        let cosine = dot(normal, centroid.xyz);
-        odd += light * cosine;
-        even += light * mean_absolute_cosine(cosine, centroid.w);
+        let cosine = normals * centroid.xyz;
+        let size = mean_absolute_cosine(cosine, centroid.w);
+        odd += mat3x4f(light.r * cosine, light.g * cosine, light.b * cosine);
+        even += mat3x4f(light.r * size, light.g * size, light.b * size);
     }
-    textureStore(output, id.xy, face, vec4f(max(even + odd, vec3f(0.0)) * (0.5 / PI), 1.0));
-    textureStore(output, antipode(id.xy, face, edge), face + 1u, vec4f(max(even - odd, vec3f(0.0)) * (0.5 / PI), 1.0));
+    var ahead = transpose(even + odd);
+    var behind = transpose(even - odd);
+    for (var i = 0u; i < QUAD; i++) {
+        let texel = start + vec2u(i, 0u);
+        textureStore(output, texel, face, vec4f(max(ahead[i], vec3f(0.0)) * (0.5 / PI), 1.0));
+        let opposite = antipode(texel, face, edge);
+        textureStore(output, opposite, face + 1u, vec4f(max(behind[i], vec3f(0.0)) * (0.5 / PI), 1.0));
+    }
 }
 
 /// Roughness 0: the source itself.
@@ -203,23 +232,31 @@ fn glossy_taps(@builtin(global_invocation_id) id: vec3u) {
 }
 
 /// As `glossy_taps`, for lobes much wider than a block: the whole sum. For normal = view, GGX depends on the cosine to the light
-/// alone, since the half vector bisects the angle.
-@compute @workgroup_size(8, 8, 1)
+/// alone, since the half vector bisects the angle. One thread per quad.
+@compute @workgroup_size(64, 1, 1)
 fn glossy_sum(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(output).x;
-    if any(id.xy >= vec2u(edge)) {
+    let start = quad_start(id.x, edge);
+    if start.y >= edge {
         return;
     }
-    let normal = face_direction(id.z, face_position(id.xy, edge));
+    let normals = quad_normals(start, id.z, edge);
     let slope = 0.5 * (convolve.alpha * convolve.alpha - 1.0);
-    var sum = vec4f(0.0);
+    var sum = mat3x4f(vec4f(), vec4f(), vec4f());
+    var weight_sum = vec4f(0.0);
     for (var i = 0u; i < 6u * BLOCK_EDGE * BLOCK_EDGE; i++) {
+        let light = blocks[i].light;
         let centroid = blocks[i].centroid;
-        let cosine = dot(normal, centroid.xyz);
+        let cosine = normals * centroid.xyz;
         let d = slope * (1.0 + cosine) + 1.0;
-        sum += blocks[i].light * ((cosine + mean_absolute_cosine(cosine, centroid.w)) / (d * d));
+        let weight = (cosine + mean_absolute_cosine(cosine, centroid.w)) / (d * d);
+        sum += mat3x4f(light.r * weight, light.g * weight, light.b * weight);
+        weight_sum += light.w * weight;
     }
-    textureStore(output, id.xy, id.z, vec4f(max(sum.rgb, vec3f(0.0)) / sum.w, 1.0));
+    var means = transpose(sum);
+    for (var i = 0u; i < QUAD; i++) {
+        textureStore(output, start + vec2u(i, 0u), id.z, vec4f(max(means[i], vec3f(0.0)) / weight_sum[i], 1.0));
+    }
 }
 
 // --- resample: other sources → cube of a power of two ----------------------------------------------------------------
