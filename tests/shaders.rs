@@ -23,6 +23,7 @@ fn common_defs() -> Vec<ShaderDefVal> {
     vec![
         ShaderDefVal::UInt("AVAILABLE_STORAGE_BUFFER_BINDINGS".into(), 8),
         ShaderDefVal::UInt("MATERIAL_BIND_GROUP".into(), 3),
+        ShaderDefVal::UInt("CUTOUT_GROUP".into(), 2),
         ShaderDefVal::UInt("MAX_DIRECTIONAL_LIGHTS".into(), 10),
         ShaderDefVal::UInt("MAX_CASCADES_PER_LIGHT".into(), 4),
         ShaderDefVal::UInt("TONEMAPPING_LUT_TEXTURE_BINDING_INDEX".into(), 18),
@@ -45,6 +46,9 @@ const FORWARD: &[&str] = &[
 const SKINNED: &[&str] = &["SKINNED"];
 const MORPHED: &[&str] = &["MORPH_TARGETS"];
 const TEXTURED: &[&str] = &["VERTEX_UVS", "VERTEX_UVS_A", "VERTEX_TANGENTS", "VERTEX_COLORS"];
+const PREPASSED: &[&str] = &["DEPTH_PREPASS", "NORMAL_PREPASS"];
+/// How shadow maps are read; bilinearly without any of these.
+const FILTERS: [&[&str]; 5] = [&[], &["FILTER_NEAREST"], &["FILTER_GAUSS"], &["FILTER_PCF"], &["FILTER_PCSS"]];
 const TONEMAPPED: &[&str] = &["MULTISAMPLED", "TONEMAP_IN_SHADER", "TONEMAP_METHOD_REINHARD", "MAY_DISCARD"];
 
 /// The definitions under which a shader is used; one empty set for those that ask for none.
@@ -53,11 +57,30 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
         [vec![FORWARD], vec![FORWARD, TEXTURED], vec![FORWARD, TONEMAPPED], vec![FORWARD, TEXTURED, TONEMAPPED]];
     let sets = match path.file_name().and_then(|name| name.to_str()) {
         // None is ever drawn in deferred passes.
-        Some("image_based.wgsl" | "toon.wgsl") => forward.to_vec(),
+        Some("image_based.wgsl" | "toon.wgsl") => {
+            let filtered = FILTERS.map(|filter| vec![FORWARD, TEXTURED, PREPASSED, filter]);
+            let multisampled = vec![FORWARD, TONEMAPPED, PREPASSED];
+            forward.iter().cloned().chain(filtered).chain([multisampled]).collect()
+        }
+        Some("visibility_pass.wgsl") => {
+            let multisampled: &[&str] = &["MULTISAMPLED"];
+            FILTERS.iter().flat_map(|filter| [vec![*filter], vec![*filter, multisampled]]).collect()
+        }
+        Some("depth_pass.wgsl") => {
+            let (morphed, cut_out): (&[&str], &[&str]) = (&["MORPHED"], &["CUT_OUT"]);
+            vec![vec![], vec![SKINNED], vec![morphed], vec![cut_out], vec![SKINNED, morphed, cut_out]]
+        }
+        Some("phantom_prepass.wgsl") => {
+            let prepass: &[&str] = &["PREPASS_PIPELINE", "VERTEX_NORMALS", "VERTEX_POSITIONS"];
+            let (normals, receiving): (&[&str], &[&str]) =
+                (&["PREPASS_FRAGMENT", "NORMAL_PREPASS", "NORMAL_PREPASS_OR_DEFERRED_PREPASS"], &["RECEIVES_SHADOWS"]);
+            vec![vec![prepass], vec![prepass, normals], vec![prepass, normals, receiving]]
+        }
         Some("phantom.wgsl") => {
             let receiving: &[&str] = &["RECEIVES_SHADOWS"];
             let with_shadows = forward.iter().map(|set| [set.as_slice(), &[receiving]].concat());
-            forward.iter().cloned().chain(with_shadows).collect()
+            let prepassed = vec![FORWARD, PREPASSED, receiving];
+            forward.iter().cloned().chain(with_shadows).chain([prepassed]).collect()
         }
         Some("outline.wgsl") => {
             let without_normals = vec!["MESH_PIPELINE", "VERTEX_POSITIONS", "MORPH_TARGETS"];

@@ -1,11 +1,15 @@
 //! `StandardMaterial` whose image-based light is shadowed by the dome.
 
 use super::{SurfaceStyle, twin::StyleExtension};
-use crate::shadows::DomeTextures;
+use crate::shadows::{DomeTextures, FilterKind};
 use bevy::{
-    pbr::{ExtendedMaterial, MaterialExtension},
+    mesh::MeshVertexBufferLayoutRef,
+    pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
     prelude::*,
-    render::{render_resource::AsBindGroup, storage::ShaderBuffer},
+    render::{
+        render_resource::{AsBindGroup, RenderPipelineDescriptor, SpecializedMeshPipelineError},
+        storage::ShaderBuffer,
+    },
     shader::ShaderRef,
 };
 
@@ -14,6 +18,7 @@ pub type ImageBasedMaterial = ExtendedMaterial<StandardMaterial, DomeShadowed>;
 
 /// What [`ImageBasedMaterial`] adds to a `StandardMaterial`. Managed by the crate.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
+#[bind_group_data(FilterKind)]
 pub struct DomeShadowed {
     #[texture(100, sample_type = "depth")]
     #[sampler(101, sampler_type = "comparison")]
@@ -22,11 +27,32 @@ pub struct DomeShadowed {
     views: Handle<ShaderBuffer>,
     #[storage(103, read_only)]
     weights: Handle<ShaderBuffer>,
+    #[texture(104)]
+    visibility: Handle<Image>,
+    filter: FilterKind,
+}
+
+impl From<&DomeShadowed> for FilterKind {
+    fn from(extension: &DomeShadowed) -> Self {
+        extension.filter
+    }
 }
 
 impl MaterialExtension for DomeShadowed {
     fn fragment_shader() -> ShaderRef {
         "embedded://bevy_mirrorball/materials/image_based.wgsl".into()
+    }
+
+    fn specialize(
+        _: &MaterialExtensionPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _: &MeshVertexBufferLayoutRef,
+        key: MaterialExtensionKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        if let Some(fragment) = &mut descriptor.fragment {
+            fragment.shader_defs.extend(key.bind_group_data.shader_def());
+        }
+        Ok(())
     }
 }
 
@@ -38,6 +64,12 @@ impl StyleExtension for DomeShadowed {
     }
 
     fn new((): (), textures: &DomeTextures) -> Self {
-        Self { atlas: textures.atlas.clone(), views: textures.views.clone(), weights: textures.weights.clone() }
+        Self {
+            atlas: textures.atlas.clone(),
+            views: textures.views.clone(),
+            weights: textures.weights.clone(),
+            visibility: textures.visibility.clone(),
+            filter: textures.filter,
+        }
     }
 }

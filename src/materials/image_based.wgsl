@@ -6,7 +6,7 @@
     pbr_functions::{alpha_discard, apply_pbr_lighting, main_pass_post_lighting_processing},
     pbr_types::STANDARD_MATERIAL_FLAGS_UNLIT_BIT,
 }
-#import bevy_mirrorball::shadows::visibility::virtual_ratio
+#import bevy_mirrorball::shadows::receive::virtual_ratio
 
 @fragment
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> FragmentOutput {
@@ -14,7 +14,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     pbr_input.material.base_color = alpha_discard(pbr_input.material, pbr_input.material.base_color);
     var color = pbr_input.material.base_color;
     if (pbr_input.material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) == 0u {
-        pbr_input.diffuse_occlusion *= virtual_ratio(in.world_position.xyz, pbr_input.N);
+        pbr_input.diffuse_occlusion *= virtual_ratio(in.position, in.world_position.xyz, pbr_input.N);
         color = apply_pbr_lighting(pbr_input);
     }
     return FragmentOutput(main_pass_post_lighting_processing(pbr_input, color));

@@ -44,6 +44,7 @@
 //! Sources: Kunze 2006 (rows E1–E3), who takes ramps of two to five levels over N·L and R·V of one lamp from textures,
 //! draws back faces in black lines, and switches the style per model.
 
+mod cutout;
 mod hull;
 mod image_based;
 mod outline;
@@ -74,6 +75,7 @@ impl Plugin for MaterialsPlugin {
             app.add_plugins(ShadowsPlugin);
         }
         embedded_asset!(app, "phantom.wgsl");
+        embedded_asset!(app, "phantom_prepass.wgsl");
         embedded_asset!(app, "image_based.wgsl");
         embedded_asset!(app, "toon.wgsl");
         embedded_asset!(app, "outline.wgsl");
@@ -97,7 +99,7 @@ impl Plugin for MaterialsPlugin {
                     (twin::release_materials::<DomeShadowed>, twin::release_materials::<ToonShaded>),
                     (twin::adopt_materials::<DomeShadowed>, twin::adopt_materials::<ToonShaded>),
                     (outline::erase_outlines, hull::forget_changed_hulls),
-                    outline::draw_outlines,
+                    (outline::draw_outlines, cutout::mark_cutouts),
                 )
                     .chain()
                     // Without a renderer there is nothing to dress.

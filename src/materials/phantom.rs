@@ -3,7 +3,7 @@
 use super::{ImageBasedMaterial, ToonMaterial, outline::Outline};
 use crate::{
     camera::{ArCamera, CameraFrame, FrameMapping, FrameTexture},
-    shadows::DomeTextures,
+    shadows::{DomeTextures, FilterKind},
     stage::{PhantomObject, StageRole},
 };
 use bevy::{
@@ -36,6 +36,9 @@ pub struct PhantomMaterial {
     views: Handle<ShaderBuffer>,
     #[storage(103, read_only)]
     weights: Handle<ShaderBuffer>,
+    #[texture(104)]
+    visibility: Handle<Image>,
+    filter: FilterKind,
     receives: bool,
 }
 
@@ -50,11 +53,12 @@ struct PhantomUniform {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PhantomKey {
     receives: bool,
+    filter: FilterKind,
 }
 
 impl From<&PhantomMaterial> for PhantomKey {
     fn from(material: &PhantomMaterial) -> Self {
-        Self { receives: material.receives }
+        Self { receives: material.receives, filter: material.filter }
     }
 }
 
@@ -66,14 +70,19 @@ impl Material for PhantomMaterial {
         "embedded://bevy_mirrorball/materials/phantom.wgsl".into()
     }
 
+    fn prepass_fragment_shader() -> ShaderRef {
+        "embedded://bevy_mirrorball/materials/phantom_prepass.wgsl".into()
+    }
+
     fn specialize(
         _: &MaterialPipeline,
         descriptor: &mut RenderPipelineDescriptor,
         _: &MeshVertexBufferLayoutRef,
         key: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        if let (true, Some(fragment)) = (key.bind_group_data.receives, &mut descriptor.fragment) {
-            fragment.shader_defs.push("RECEIVES_SHADOWS".into());
+        if let Some(fragment) = &mut descriptor.fragment {
+            fragment.shader_defs.extend(key.bind_group_data.receives.then(|| "RECEIVES_SHADOWS".into()));
+            fragment.shader_defs.extend(key.bind_group_data.filter.shader_def());
         }
         Ok(())
     }
@@ -91,7 +100,7 @@ pub(super) struct PhantomMaterials {
 struct PhantomSources {
     frame: Option<AssetId<Image>>,
     frame_uv_from_view_uv: Vec4,
-    atlas: AssetId<Image>,
+    textures: (AssetId<Image>, AssetId<Image>, FilterKind),
 }
 
 type FrameSource = (&'static ArCamera, &'static Camera, &'static CameraFrame, &'static FrameTexture);
@@ -109,8 +118,11 @@ pub(super) fn follow_camera(
     });
     let (frame, frame_uv_from_view_uv) = source.unzip();
     let frame_uv_from_view_uv = frame_uv_from_view_uv.unwrap_or(NO_FRAME);
-    let sources =
-        PhantomSources { frame: frame.as_ref().map(Handle::id), frame_uv_from_view_uv, atlas: textures.atlas.id() };
+    let sources = PhantomSources {
+        frame: frame.as_ref().map(Handle::id),
+        frame_uv_from_view_uv,
+        textures: textures.identity(),
+    };
     if shared.made_from.as_ref() == Some(&sources) {
         return;
     }
@@ -120,6 +132,8 @@ pub(super) fn follow_camera(
         atlas: textures.atlas.clone(),
         views: textures.views.clone(),
         weights: textures.weights.clone(),
+        visibility: textures.visibility.clone(),
+        filter: textures.filter,
         receives,
     };
     if shared.made_from.is_none() {

@@ -2,7 +2,7 @@
 
 #import bevy_pbr::forward_io::{VertexOutput, FragmentOutput}
 #import bevy_pbr::mesh_view_bindings::view
-#import bevy_mirrorball::shadows::visibility::phantom_ratio
+#import bevy_mirrorball::shadows::receive::phantom_ratio
 
 /// Mirror of `PhantomUniform` in phantom.rs.
 struct Phantom {
@@ -23,7 +23,7 @@ fn fragment(in: VertexOutput) -> FragmentOutput {
     }
     var color = textureSampleLevel(frame, frame_sampler, uv_frame, 0.0).rgb;
 #ifdef RECEIVES_SHADOWS
-    color *= phantom_ratio(in.world_position.xyz, normalize(in.world_normal));
+    color *= phantom_ratio(in.position, in.world_position.xyz, normalize(in.world_normal));
 #endif
     return FragmentOutput(vec4f(color, 1.0));
 }

@@ -1,12 +1,13 @@
 //! `StandardMaterial` whose light comes in flat bands.
 
 use super::{SurfaceStyle, twin::StyleExtension};
-use crate::shadows::DomeTextures;
+use crate::shadows::{DomeTextures, FilterKind};
 use bevy::{
-    pbr::{ExtendedMaterial, MaterialExtension},
+    mesh::MeshVertexBufferLayoutRef,
+    pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
     prelude::*,
     render::{
-        render_resource::{AsBindGroup, ShaderType},
+        render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
         storage::ShaderBuffer,
     },
     shader::ShaderRef,
@@ -17,6 +18,7 @@ pub type ToonMaterial = ExtendedMaterial<StandardMaterial, ToonShaded>;
 
 /// What [`ToonMaterial`] adds to a `StandardMaterial`. Managed by the crate: use [`SurfaceStyle::Toon`].
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
+#[bind_group_data(FilterKind)]
 pub struct ToonShaded {
     #[texture(100, sample_type = "depth")]
     #[sampler(101, sampler_type = "comparison")]
@@ -25,7 +27,10 @@ pub struct ToonShaded {
     views: Handle<ShaderBuffer>,
     #[storage(103, read_only)]
     weights: Handle<ShaderBuffer>,
-    #[uniform(104)]
+    #[texture(104)]
+    visibility: Handle<Image>,
+    filter: FilterKind,
+    #[uniform(105)]
     uniform: ToonUniform,
 }
 
@@ -36,9 +41,27 @@ struct ToonUniform {
     highlight: f32,
 }
 
+impl From<&ToonShaded> for FilterKind {
+    fn from(extension: &ToonShaded) -> Self {
+        extension.filter
+    }
+}
+
 impl MaterialExtension for ToonShaded {
     fn fragment_shader() -> ShaderRef {
         "embedded://bevy_mirrorball/materials/toon.wgsl".into()
+    }
+
+    fn specialize(
+        _: &MaterialExtensionPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _: &MeshVertexBufferLayoutRef,
+        key: MaterialExtensionKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        if let Some(fragment) = &mut descriptor.fragment {
+            fragment.shader_defs.extend(key.bind_group_data.shader_def());
+        }
+        Ok(())
     }
 }
 
@@ -58,6 +81,8 @@ impl StyleExtension for ToonShaded {
             atlas: textures.atlas.clone(),
             views: textures.views.clone(),
             weights: textures.weights.clone(),
+            visibility: textures.visibility.clone(),
+            filter: textures.filter,
             uniform: ToonUniform { bands: bands as f32, highlight: f32::from(highlight) },
         }
     }

@@ -9,7 +9,7 @@
     pbr_functions::{alpha_discard, apply_pbr_lighting, main_pass_post_lighting_processing},
     pbr_types::{PbrInput, STANDARD_MATERIAL_FLAGS_UNLIT_BIT},
 }
-#import bevy_mirrorball::shadows::visibility::virtual_ratio
+#import bevy_mirrorball::shadows::receive::virtual_ratio
 
 /// Mirror of `ToonUniform` in toon.rs.
 struct Toon {
@@ -18,7 +18,7 @@ struct Toon {
     highlight: f32,
 }
 
-@group(#{MATERIAL_BIND_GROUP}) @binding(104) var<uniform> toon: Toon;
+@group(#{MATERIAL_BIND_GROUP}) @binding(105) var<uniform> toon: Toon;
 
 /// Perceptual roughness at which the engine's diffuse term, looked at along the normal, is Lambert's to 3 %.
 const LAMBERT_ROUGHNESS: f32 = 0.70710678;
@@ -103,7 +103,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     paper.material.metallic = 0.0;
     paper.material.perceptual_roughness = LAMBERT_ROUGHNESS;
     paper.material.reflectance = vec3f(0.0);
-    paper.diffuse_occlusion *= virtual_ratio(in.world_position.xyz, pbr_input.N);
+    paper.diffuse_occlusion *= virtual_ratio(in.position, in.world_position.xyz, pbr_input.N);
     let arriving = luminance(light_at(paper, pbr_input.N));
 
     paper.diffuse_occlusion = vec3f(1.0);

@@ -2,7 +2,7 @@
 
 use super::SurfaceStyle;
 use crate::{
-    shadows::{DomeTextures, ShadowDomeLight},
+    shadows::{DomeTextures, FilterKind, ShadowDomeLight},
     stage::{StageRole, nearest},
 };
 use bevy::{
@@ -38,12 +38,12 @@ type TwinKey<E> = (AssetId<StandardMaterial>, <E as StyleExtension>::Parameters)
 #[derive(Resource)]
 pub(super) struct Twins<E: StyleExtension> {
     by_key: HashMap<TwinKey<E>, AssetId<TwinMaterial<E>>>,
-    atlas: Option<AssetId<Image>>,
+    made_with: Option<(AssetId<Image>, AssetId<Image>, FilterKind)>,
 }
 
 impl<E: StyleExtension> Default for Twins<E> {
     fn default() -> Self {
-        Self { by_key: HashMap::default(), atlas: None }
+        Self { by_key: HashMap::default(), made_with: None }
     }
 }
 
@@ -82,7 +82,7 @@ fn twin<E: StyleExtension>(
     ExtendedMaterial { base: E::simplify(base), extension: E::new(parameters, textures) }
 }
 
-/// Copies changes of the originals and of the dome's atlas into the twins.
+/// Copies changes of the originals and of the dome's textures into the twins.
 pub(super) fn follow_changes<E: StyleExtension>(
     mut changes: MessageReader<AssetEvent<StandardMaterial>>,
     mut twins: ResMut<Twins<E>>,
@@ -90,15 +90,15 @@ pub(super) fn follow_changes<E: StyleExtension>(
     originals: Res<Assets<StandardMaterial>>,
     textures: Res<DomeTextures>,
 ) {
-    let atlas_changed = twins.atlas.replace(textures.atlas.id()) != Some(textures.atlas.id());
+    let textures_changed = twins.made_with.replace(textures.identity()) != Some(textures.identity());
     let modified = |event: &AssetEvent<StandardMaterial>| match event {
         AssetEvent::Modified { id } => Some(*id),
         _ => None,
     };
     let changed: HashSet<_> = changes.read().filter_map(modified).collect();
-    if atlas_changed || !changed.is_empty() {
+    if textures_changed || !changed.is_empty() {
         for ((id, parameters), material) in &twins.by_key {
-            let Some(original) = originals.get(*id).filter(|_| atlas_changed || changed.contains(id)) else {
+            let Some(original) = originals.get(*id).filter(|_| textures_changed || changed.contains(id)) else {
                 continue;
             };
             if let Some(mut material) = materials.get_mut(*material) {

@@ -1,36 +1,125 @@
-// Draws casters into the tiles of all directions at once: an instance is a caster seen from one direction.
+// Draws casters into the tiles of several directions at once: an instance is a caster seen from one direction.
 
 #import bevy_mirrorball::shadows::dome::{Dome, atlas_uv, view_position}
 
 /// Mirror of `CasterUniform` in depth_pass.rs.
 struct Caster {
     world_from_local: mat4x4f,
+    /// Rows that map texture coordinates.
+    uv_x: vec4f,
+    uv_y: vec4f,
     /// 0 virtual, 1 phantom.
     kind: u32,
+    first_joint: u32,
+    first_morph_weight: u32,
+    morph_targets: u32,
+    /// Of the mesh in its buffer, to number its vertices from 0.
+    first_vertex: u32,
+    vertex_count: u32,
+    first_morph_displacement: u32,
+    /// Nothing is drawn where the texture's alpha is below this.
+    cutoff: f32,
+}
+
+/// Mirror of Bevy's `MorphAttributes`.
+struct MorphDisplacement {
+    position: vec3f,
+    normal: vec3f,
+    tangent: vec3f,
 }
 
 @group(0) @binding(0) var<storage, read> dome: Dome;
 @group(0) @binding(1) var<storage, read> casters: array<Caster>;
+/// How many directions are drawn, and which.
+@group(0) @binding(2) var<storage, read> refreshed: array<u32>;
+@group(0) @binding(3) var<storage, read> joints: array<mat4x4f>;
+@group(0) @binding(4) var<storage, read> morph_weights: array<f32>;
+#ifdef MORPHED
+@group(1) @binding(0) var<storage, read> morph_displacements: array<MorphDisplacement>;
+#endif
+#ifdef CUT_OUT
+@group(#{CUTOUT_GROUP}) @binding(0) var cutout: texture_2d<f32>;
+@group(#{CUTOUT_GROUP}) @binding(1) var cutout_sampler: sampler;
+#endif
+
+struct Vertex {
+    @builtin(instance_index) instance: u32,
+    @builtin(vertex_index) index: u32,
+    @location(0) position: vec3f,
+#ifdef SKINNED
+    @location(1) joint_indices: vec4u,
+    @location(2) joint_weights: vec4f,
+#endif
+#ifdef CUT_OUT
+    @location(3) uv: vec2f,
+#endif
+}
 
 struct Varyings {
     @builtin(position) position: vec4f,
     @location(0) pos_tile: vec2f,
+#ifdef CUT_OUT
+    @location(1) uv: vec2f,
+    @location(2) @interpolate(flat) cutoff: f32,
+#endif
+}
+
+fn clip_position(tile: u32, pos: vec3f) -> vec4f {
+    let uv = atlas_uv(dome.counts, tile, pos.xy);
+    return vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, pos.z, 1.0);
 }
 
 @vertex
-fn vertex(@builtin(instance_index) instance: u32, @location(0) pos_local: vec3f) -> Varyings {
-    let caster = casters[instance / dome.counts.x];
-    let index = instance % dome.counts.x;
-    let pos_world = caster.world_from_local * vec4f(pos_local, 1.0);
-    let pos = view_position(dome.views[index], pos_world.xyz);
-    let uv = atlas_uv(dome.counts, caster.kind * dome.counts.x + index, pos.xy);
-    return Varyings(vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, pos.z, 1.0), pos.xy);
+fn vertex(in: Vertex) -> Varyings {
+    let caster = casters[in.instance / refreshed[0]];
+    let direction = refreshed[1u + in.instance % refreshed[0]];
+    var position = in.position;
+#ifdef MORPHED
+    for (var i = 0u; i < caster.morph_targets; i++) {
+        let at = caster.first_morph_displacement + i * caster.vertex_count + in.index - caster.first_vertex;
+        position += morph_weights[caster.first_morph_weight + i] * morph_displacements[at].position;
+    }
+#endif
+#ifdef SKINNED
+    let world_from_local = in.joint_weights.x * joints[caster.first_joint + in.joint_indices.x]
+        + in.joint_weights.y * joints[caster.first_joint + in.joint_indices.y]
+        + in.joint_weights.z * joints[caster.first_joint + in.joint_indices.z]
+        + in.joint_weights.w * joints[caster.first_joint + in.joint_indices.w];
+#else
+    let world_from_local = caster.world_from_local;
+#endif
+    let pos_world = world_from_local * vec4f(position, 1.0);
+    let pos = view_position(dome.views[direction], pos_world.xyz);
+    var out: Varyings;
+    out.position = clip_position(caster.kind * dome.counts.x + direction, pos);
+    out.pos_tile = pos.xy;
+#ifdef CUT_OUT
+    let uv = vec3f(in.uv, 1.0);
+    out.uv = vec2f(dot(caster.uv_x.xyz, uv), dot(caster.uv_y.xyz, uv));
+    out.cutoff = caster.cutoff;
+#endif
+    return out;
 }
 
 /// Nothing may be drawn into a neighbor's tile.
 @fragment
 fn fragment(in: Varyings) {
+#ifdef CUT_OUT
+    if textureSample(cutout, cutout_sampler, in.uv).a < in.cutoff {
+        discard;
+    }
+#endif
     if any(abs(in.pos_tile) > vec2f(1.0)) {
         discard;
     }
+}
+
+/// Two triangles over a tile, as far away as can be: an instance is one of the refreshed tiles.
+@vertex
+fn clear(@builtin(instance_index) instance: u32, @builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+    let direction = refreshed[1u + instance % refreshed[0]];
+    let kind = instance / refreshed[0];
+    let right = f32(index == 1u || index == 2u || index == 4u);
+    let top = f32(index == 2u || index == 4u || index == 5u);
+    return clip_position(kind * dome.counts.x + direction, vec3f(vec2f(right, top) * 2.0 - 1.0, 0.0));
 }

@@ -1,5 +1,6 @@
 //! The directions of a dome, the part of the sphere each stands for, and the box their shadow maps look at.
 
+use super::DomeCoverage;
 use crate::probe::cube_directions;
 use bevy::prelude::*;
 
@@ -9,7 +10,10 @@ const GOLDEN_ANGLE: f32 = 2.399_963_2;
 /// cube, so that one bilinear lookup averages four of its texels.
 const CELL_CUBE_EDGE: u32 = 64;
 /// The last fitted sphere is kept while the casters fill at least this share of its radius.
-const KEEP_FILL: f32 = 0.75;
+const KEEP_FILL: f32 = 0.7;
+/// Spheres have radii that are powers of this, so that casters may grow a little before they leave theirs and the texels of
+/// shadow maps keep their size.
+const RADIUS_STEP: f32 = 1.125;
 
 /// Unit directions on the hemisphere around +Y, each standing for the same solid angle 2π/count (Fibonacci lattice).
 pub(super) fn hemisphere(count: u32) -> impl Iterator<Item = Vec3> {
@@ -21,11 +25,43 @@ pub(super) fn hemisphere(count: u32) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// The shadow directions (above) followed by their mirror images below the horizon, which have no shadow maps.
-pub(super) fn all_directions(count: u32) -> Vec<Vec3> {
-    let above: Vec<Vec3> = hemisphere(count).collect();
-    let below = above.iter().map(|dir| Vec3::new(dir.x, -dir.y, dir.z));
-    above.iter().copied().chain(below).collect()
+/// Unit directions on the whole sphere, each standing for the same solid angle 4π/count.
+fn sphere(count: u32) -> impl Iterator<Item = Vec3> {
+    (0..count).map(move |i| {
+        let height = (2 * i + 1) as f32 / count as f32 - 1.0;
+        let (sin, cos) = (i as f32 * GOLDEN_ANGLE).sin_cos();
+        let across = (1.0 - height * height).sqrt();
+        Vec3::new(across * cos, height, across * sin)
+    })
+}
+
+/// The directions with shadow maps.
+pub(super) fn shadowed_directions(coverage: DomeCoverage, count: u32) -> Vec<Vec3> {
+    match coverage {
+        DomeCoverage::Hemisphere => hemisphere(count).collect(),
+        DomeCoverage::Sphere => sphere(count).collect(),
+    }
+}
+
+/// The directions with shadow maps, followed by those below the horizon that have none: the mirror images of a hemisphere's.
+pub(super) fn all_directions(coverage: DomeCoverage, count: u32) -> Vec<Vec3> {
+    let mut directions = shadowed_directions(coverage, count);
+    if coverage == DomeCoverage::Hemisphere {
+        directions.extend_from_within(..);
+        for below in &mut directions[count as usize..] {
+            below.y = -below.y;
+        }
+    }
+    directions
+}
+
+/// Solid angle that one direction stands for, in steradian.
+pub(super) fn solid_angle(coverage: DomeCoverage, count: u32) -> f32 {
+    let whole = match coverage {
+        DomeCoverage::Hemisphere => std::f32::consts::TAU,
+        DomeCoverage::Sphere => 2.0 * std::f32::consts::TAU,
+    };
+    whole / count.max(1) as f32
 }
 
 /// Division of the sphere among directions.
@@ -74,7 +110,7 @@ impl BoundingSphere {
         (center.is_finite() && radius.is_finite() && radius > 0.0).then_some(Self { center, radius })
     }
 
-    /// The last sphere if it still holds this one without being much too large; so static shadow maps stay valid.
+    /// The last sphere if it still holds this one without being much too large; else this one, with some room to move.
     pub(super) fn or_keep(self, last: Option<Self>) -> Self {
         match last {
             Some(last)
@@ -83,7 +119,7 @@ impl BoundingSphere {
             {
                 last
             }
-            _ => self,
+            _ => Self { radius: RADIUS_STEP.powf((self.radius.ln() / RADIUS_STEP.ln()).ceil()), ..self },
         }
     }
 }
@@ -94,16 +130,17 @@ mod tests {
 
     #[test]
     fn the_cells_share_the_sphere_evenly() {
-        let directions = all_directions(64);
-        let cells = Cells::new(&directions);
-        let fair_share = 4.0 * std::f32::consts::PI / 128.0;
-        let mut total = 0.0;
-        for range in &cells.ranges {
-            let own: f32 = cells.patches[range.x as usize..range.y as usize].iter().map(|p| p.w).sum();
-            assert!((0.5..2.0).contains(&(own / fair_share)), "a cell has {} of its fair share", own / fair_share);
-            total += own;
+        for coverage in [DomeCoverage::Hemisphere, DomeCoverage::Sphere] {
+            let cells = Cells::new(&all_directions(coverage, 64));
+            let fair_share = solid_angle(coverage, 64);
+            let mut total = 0.0;
+            for range in &cells.ranges {
+                let own: f32 = cells.patches[range.x as usize..range.y as usize].iter().map(|p| p.w).sum();
+                assert!((0.5..2.0).contains(&(own / fair_share)), "a cell has {} of its fair share", own / fair_share);
+                total += own;
+            }
+            assert!((total - 4.0 * std::f32::consts::PI).abs() < 5e-3);
         }
-        assert!((total - 4.0 * std::f32::consts::PI).abs() < 5e-3);
     }
 
     #[test]
@@ -118,8 +155,11 @@ mod tests {
     fn a_sphere_is_kept_until_casters_leave_it_or_shrink() {
         let unit = |x: f32, radius: f32| BoundingSphere { center: Vec3::new(x, 0.0, 0.0), radius };
         assert_eq!(unit(0.05, 0.9).or_keep(Some(unit(0.0, 1.0))), unit(0.0, 1.0));
-        assert_eq!(unit(0.2, 0.9).or_keep(Some(unit(0.0, 1.0))), unit(0.2, 0.9));
-        assert_eq!(unit(0.0, 0.5).or_keep(Some(unit(0.0, 1.0))), unit(0.0, 0.5));
+        for (left, last) in [(unit(0.2, 0.9), unit(0.0, 1.0)), (unit(0.0, 0.5), unit(0.0, 1.0))] {
+            let fitted = left.or_keep(Some(last));
+            assert_eq!(fitted.center, left.center);
+            assert!((1.0..RADIUS_STEP + 1e-4).contains(&(fitted.radius / left.radius)), "{fitted:?}");
+        }
         let both = BoundingSphere::around(&[unit(-1.0, 0.5), unit(1.0, 0.5)]).expect("not empty");
         assert_eq!(both, unit(0.0, 1.5));
         assert_eq!(BoundingSphere::around(&[]), None);

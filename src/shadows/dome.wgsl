@@ -10,7 +10,7 @@ struct DomeView {
     up: vec4f,
     /// 0…1, larger is nearer to the light.
     depth: vec4f,
-    /// Unit vector towards the light; w unused.
+    /// Unit vector towards the light; w the size of a shadow map texel in metres.
     direction: vec4f,
 }
 
@@ -18,8 +18,12 @@ struct DomeView {
 struct Dome {
     /// Directions with shadow maps, all directions, columns and rows of the atlas.
     counts: vec4u,
-    /// World size of a shadow map texel in metres; the rest unused.
+    /// Width of a tile and radius of the filter in texels, tangent of a light's angular radius, solid angle of a direction.
     params: vec4f,
+    /// The camera whose visibility is in a texture: pixels across one of its samples (0 for no camera); the rest unused.
+    served: vec4u,
+    /// That camera's matrix, without jitter.
+    served_clip_from_world: mat4x4f,
     views: array<DomeView>,
 }
 

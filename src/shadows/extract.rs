@@ -1,6 +1,11 @@
 //! The dome on its way to the GPU.
 
-use super::{FittedDome, dome, textures::DomeTextures};
+use super::{
+    DomeCoverage, FittedDome, Refreshing, depth_pass,
+    dome::{self, BoundingSphere},
+    textures::{AtlasLayout, DomeTextures, VIEWS_HEADER},
+    visibility_pass::ServedByDome,
+};
 use crate::probe::EnvironmentCube;
 use bevy::{
     prelude::*,
@@ -11,8 +16,10 @@ use bevy::{
         render_resource::{ShaderType, encase::StorageBuffer},
         renderer::RenderQueue,
         storage::GpuShaderBuffer,
+        view::ExtractedView,
     },
 };
+use std::collections::BTreeSet;
 
 pub(super) fn build(app: &mut App) {
     if app.get_sub_app(RenderApp).is_none() {
@@ -25,25 +32,36 @@ pub(super) fn build(app: &mut App) {
     };
     render_app
         .init_resource::<ExtractedDome>()
+        .init_resource::<DomeViews>()
         .add_systems(ExtractSchedule, extract_dome)
-        .add_systems(Render, write_views.in_set(RenderSystems::PrepareResources));
+        .add_systems(
+            Render,
+            (
+                follow_dome.in_set(RenderSystems::PrepareResources),
+                write_views.in_set(RenderSystems::PrepareBindGroups).after(depth_pass::prepare_depth),
+            ),
+        );
 }
 
 /// The dome as it is this frame.
 #[derive(Resource, Default)]
 pub(super) struct ExtractedDome {
-    pub fitted: FittedDome,
-    pub cube: Option<AssetId<Image>>,
+    pub(super) fitted: FittedDome,
+    pub(super) cube: Option<AssetId<Image>>,
+    /// Directions whose shadow maps are still to be drawn, in ascending order.
+    pub(super) pending: BTreeSet<u32>,
 }
 
 fn extract_dome(
     mut extracted: ResMut<ExtractedDome>,
     fitted: Extract<Res<FittedDome>>,
+    refreshing: Extract<Res<Refreshing>>,
     cubes: Extract<Query<&EnvironmentCube>>,
 ) {
     if fitted.is_changed() {
         extracted.fitted.clone_from(&fitted);
     }
+    extracted.pending.extend(&refreshing.chosen);
     extracted.cube = cubes.iter().next().map(|cube| cube.0.id());
 }
 
@@ -57,61 +75,97 @@ struct ViewUniform {
 }
 
 /// Mirror of `Dome` in dome.wgsl.
-#[derive(ShaderType)]
+#[derive(ShaderType, Default)]
 struct DomeUniform {
     counts: UVec4,
     params: Vec4,
+    served: UVec4,
+    served_clip_from_world: Mat4,
     #[shader(size(runtime))]
     views: Vec<ViewUniform>,
 }
 
-/// Share of a tile's width kept free around the casters, so that filters do not read the neighbor's casters.
+/// Least share of a tile's half width kept free around the casters, so that filters do not read the neighbor's.
 const GUTTER: f32 = 2.0 / 32.0;
 
-impl DomeUniform {
-    fn new(fitted: &FittedDome, textures: &DomeTextures) -> Self {
-        let layout = &textures.layout;
-        // Without casters (or before the atlas has followed the settings) nothing is shadowed.
-        let sphere = fitted.sphere.filter(|_| layout.directions == fitted.directions);
-        let Some(sphere) = sphere else {
-            return Self { counts: UVec4::new(0, 0, 1, 1), params: Vec4::ZERO, views: vec![ViewUniform::zero()] };
-        };
-        let half_width = sphere.radius * (1.0 + GUTTER);
-        let views: Vec<ViewUniform> = dome::all_directions(fitted.directions)
-            .into_iter()
-            .map(|dir| ViewUniform::new(fitted.world_from_dome * dir, sphere, half_width))
-            .collect();
-        Self {
-            counts: UVec4::new(fitted.directions, views.len() as u32, layout.columns, layout.rows),
-            params: Vec4::new(2.0 * half_width / layout.resolution as f32, 0.0, 0.0, 0.0),
-            views,
-        }
-    }
-}
-
 impl ViewUniform {
-    fn zero() -> Self {
-        Self { right: Vec4::ZERO, up: Vec4::ZERO, depth: Vec4::ZERO, direction: Vec4::ZERO }
+    /// A view that sees no place.
+    fn blank(direction: Vec3) -> Self {
+        Self { right: Vec4::new(0.0, 0.0, 0.0, 2.0), up: Vec4::ZERO, depth: Vec4::ZERO, direction: direction.extend(0.0) }
     }
 
-    fn new(direction: Vec3, sphere: dome::BoundingSphere, half_width: f32) -> Self {
+    fn new(direction: Vec3, sphere: BoundingSphere, half_width: f32, texel: f32) -> Self {
         let (right, up) = direction.any_orthonormal_pair();
-        let row = |axis: Vec3, scale: f32, offset: f32| (axis * scale).extend(offset - axis.dot(sphere.center) * scale);
+        // Whole texels, so that what does not move is drawn alike from every sphere of this size.
+        let snapped = |axis: Vec3| (axis.dot(sphere.center) / texel).round() * texel;
+        let row = |axis: Vec3| (axis / half_width).extend(-snapped(axis) / half_width);
+        let depth = 0.5 / half_width;
         Self {
-            right: row(right, 1.0 / half_width, 0.0),
-            up: row(up, 1.0 / half_width, 0.0),
-            depth: row(direction, 0.5 / half_width, 0.5),
-            direction: direction.extend(0.0),
+            right: row(right),
+            up: row(up),
+            depth: (direction * depth).extend(0.5 - direction.dot(sphere.center) * depth),
+            direction: direction.extend(texel),
         }
     }
 }
 
-fn write_views(
+/// The views as their shadow maps were drawn; those drawn at different times may have different spheres.
+#[derive(Resource, Default)]
+pub(super) struct DomeViews {
+    uniform: DomeUniform,
+    made_for: Option<(u32, DomeCoverage, Quat)>,
+    is_written: bool,
+}
+
+impl DomeViews {
+    /// Starts with views that see nothing when the dome has other directions than before.
+    fn follow(&mut self, fitted: &FittedDome) {
+        let made_for = Some((fitted.directions, fitted.coverage, fitted.world_from_dome));
+        if self.made_for == made_for {
+            return;
+        }
+        self.made_for = made_for;
+        let directions = dome::all_directions(fitted.coverage, fitted.directions);
+        self.uniform.views =
+            directions.into_iter().map(|direction| ViewUniform::blank(fitted.world_from_dome * direction)).collect();
+        // An array without elements has no layout.
+        if self.uniform.views.is_empty() {
+            self.uniform.views.push(ViewUniform::blank(Vec3::Y));
+        }
+        self.is_written = false;
+    }
+
+    /// Fits views to the casters as they are now.
+    pub(super) fn refit(&mut self, fitted: &FittedDome, layout: &AtlasLayout, directions: &BTreeSet<u32>) {
+        let resolution = layout.resolution as f32;
+        let gutter = GUTTER.max(2.0 * (fitted.filter.radius() as f32 + 2.0) / resolution);
+        for &index in directions {
+            let Some(view) = self.uniform.views.get_mut(index as usize) else {
+                continue;
+            };
+            let direction = view.direction.truncate();
+            *view = fitted.sphere.map_or(ViewUniform::blank(direction), |sphere| {
+                let half_width = sphere.radius * (1.0 + gutter);
+                ViewUniform::new(direction, sphere, half_width, 2.0 * half_width / resolution)
+            });
+        }
+        self.is_written &= directions.is_empty();
+    }
+}
+
+fn follow_dome(mut views: ResMut<DomeViews>, dome: Res<ExtractedDome>) {
+    views.follow(&dome.fitted);
+}
+
+type ServedView = (&'static ExtractedView, &'static ServedByDome);
+
+pub(super) fn write_views(
+    mut views: ResMut<DomeViews>,
     dome: Res<ExtractedDome>,
     textures: Option<Res<DomeTextures>>,
     buffers: Res<RenderAssets<GpuShaderBuffer>>,
+    served: Query<ServedView>,
     queue: Res<RenderQueue>,
-    mut written: Local<Option<(FittedDome, DomeTextures)>>,
 ) {
     let Some(textures) = textures else {
         return;
@@ -119,16 +173,38 @@ fn write_views(
     let Some(buffer) = buffers.get(&textures.views) else {
         return;
     };
-    let is_current =
-        written.as_ref().is_some_and(|(fitted, last)| *fitted == dome.fitted && last.layout == textures.layout);
-    if is_current {
+    let (fitted, layout) = (&dome.fitted, &textures.layout);
+    // Before the atlas has followed the settings nothing is shadowed.
+    let shadowed = if layout.directions == fitted.directions { fitted.directions } else { 0 };
+    let all = if shadowed > 0 { views.uniform.views.len() as u32 } else { 0 };
+    let solid_angle = dome::solid_angle(fitted.coverage, fitted.directions);
+    let served = served.iter().next().map(|(view, _)| view);
+    let header = DomeUniform {
+        counts: UVec4::new(shadowed, all, layout.columns, layout.rows),
+        params: Vec4::new(
+            layout.resolution as f32,
+            fitted.filter.radius() as f32,
+            fitted.filter.spread(),
+            solid_angle,
+        ),
+        served: UVec4::new(served.map_or(0, |_| fitted.sample_pixels), 0, 0, 0),
+        served_clip_from_world: served
+            .map_or(Mat4::ZERO, |view| view.clip_from_view * view.world_from_view.to_matrix().inverse()),
+        views: std::mem::take(&mut views.uniform.views),
+    };
+    let old = &views.uniform;
+    let is_header_new = (old.counts, old.params, old.served, old.served_clip_from_world)
+        != (header.counts, header.params, header.served, header.served_clip_from_world);
+    let is_written = std::mem::replace(&mut views.is_written, true);
+    views.uniform = header;
+    if is_written && !is_header_new {
         return;
     }
     let mut bytes = StorageBuffer::new(Vec::<u8>::new());
-    if let Err(error) = bytes.write(&DomeUniform::new(&dome.fitted, &textures)) {
+    if let Err(error) = bytes.write(&views.uniform) {
         error_once!("cannot lay out the dome's views: {error}");
         return;
     }
-    queue.write_buffer(&buffer.buffer, 0, bytes.as_ref());
-    *written = Some((dome.fitted.clone(), textures.clone()));
+    let length = if is_written { VIEWS_HEADER } else { bytes.as_ref().len() };
+    queue.write_buffer(&buffer.buffer, 0, &bytes.as_ref()[..length]);
 }

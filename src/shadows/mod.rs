@@ -30,54 +30,146 @@
 //!
 //! Sources: Supan 2006 (row C8), whose dome subtracts blocked light with one map refreshed per frame.
 
+mod camera;
+mod casters;
 mod depth_pass;
 mod dome;
 mod extract;
+mod filter;
+mod schedule;
 mod textures;
+mod visibility_pass;
 mod weights_pass;
 
+pub(crate) use casters::Cutout;
+pub(crate) use filter::FilterKind;
+pub use filter::ShadowFilter;
 pub use textures::DomeTextures;
 
-use crate::{MirrorballSystems, stage::StageRole};
+use crate::MirrorballSystems;
 use bevy::{
-    camera::primitives::Aabb, light::NotShadowCaster, prelude::*, render::RenderApp, shader::load_shader_library,
+    prelude::*,
+    render::{
+        RenderApp,
+        gpu_readback::{Readback, ReadbackComplete},
+    },
+    shader::load_shader_library,
 };
+use casters::{Caster, Casters};
 use dome::BoundingSphere;
+use schedule::Schedule;
 
 /// A dome of shadow-casting directions colored by the measured environment; its up axis is the entity's +Y.
 ///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_mirrorball::prelude::*;
+/// # use bevy_mirrorball::shadows::ShadowFilter;
 /// # fn setup(mut commands: Commands) {
-/// commands.spawn(ShadowDomeLight { directions: 128, ..default() });
+/// commands.spawn(ShadowDomeLight { directions: 128, filter: ShadowFilter::Gauss, ..default() });
 /// # }
 /// ```
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility)]
+#[require(Transform, Visibility, DomeState)]
 pub struct ShadowDomeLight {
-    /// Number of directions on the hemisphere, 1…256 (clamped). Each has its own shadow map. Defaults to 64.
+    /// Number of directions with shadow maps, 1…1024 (clamped), spread evenly over what `coverage` says. One is a lamp
+    /// overhead (turn the entity to move it). Defaults to 64.
     pub directions: u32,
+    /// Where the directions are. Defaults to the hemisphere above.
+    pub coverage: DomeCoverage,
     /// Side of one direction's square shadow map in texels, 32…1024 (clamped; halved until the atlas fits the device).
     /// Defaults to 256.
     pub resolution: u32,
+    /// How shadow maps are read. Defaults to bilinear: where many directions meet, their sum is smooth.
+    pub filter: ShadowFilter,
+    /// Where visibility is computed. Defaults to every second pixel in both directions.
+    pub samples: VisibilitySamples,
+    /// Directions whose shadow maps are drawn again in a frame in which casters move, 1 or more; raised where otherwise
+    /// one of the directions that give 90 % of the light would wait for more than eight frames. Defaults to 16.
+    pub refreshed_per_frame: u32,
+    /// Share of the dome's light, 0…1, whose directions are taken as unobstructed without a look at their shadow maps: the
+    /// dimmest ones. Defaults to 0.005.
+    pub dim_share: f32,
 }
 
 impl Default for ShadowDomeLight {
     fn default() -> Self {
-        Self { directions: 64, resolution: 256 }
+        Self {
+            directions: 64,
+            coverage: DomeCoverage::default(),
+            resolution: 256,
+            filter: ShadowFilter::default(),
+            samples: VisibilitySamples::default(),
+            refreshed_per_frame: 16,
+            dim_share: 0.005,
+        }
     }
 }
 
 impl ShadowDomeLight {
     /// Most directions a dome can have.
-    pub const MAX_DIRECTIONS: u32 = 256;
+    pub const MAX_DIRECTIONS: u32 = 1024;
 
     /// The number of directions within its bounds.
     fn clamped_directions(&self) -> u32 {
         self.directions.clamp(1, Self::MAX_DIRECTIONS)
     }
+}
+
+/// Where a dome has shadow maps.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+pub enum DomeCoverage {
+    /// Above the horizon; what comes from below is the light of the desk on which everything stands.
+    #[default]
+    Hemisphere,
+    /// All around, for things that float or hang.
+    Sphere,
+}
+
+/// Where the sum over all directions is computed.
+///
+/// The first two need a depth and normal prepass, which is added to the camera they serve: the first active
+/// [`ArCamera`](crate::camera::ArCamera), without one the first active `Camera3d`. Fragments that no sample belongs to (thin
+/// things, transparent ones) and those of all other cameras compute it themselves.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+pub enum VisibilitySamples {
+    /// At every second pixel in both directions, interpolated along surfaces.
+    #[default]
+    Half,
+    /// At every pixel.
+    Full,
+    /// In every fragment that materials draw, without a prepass. Exact and slow.
+    Fragment,
+}
+
+impl VisibilitySamples {
+    /// Pixels across one sample; 0 without samples.
+    fn pixels(self) -> u32 {
+        match self {
+            Self::Half => 2,
+            Self::Full => 1,
+            Self::Fragment => 0,
+        }
+    }
+}
+
+/// What a [`ShadowDomeLight`] did in the last frame.
+#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct DomeState {
+    /// Number of meshes that cast.
+    pub casters: u32,
+    /// Directions whose shadow maps were drawn in this frame.
+    pub redrawn: u32,
+    /// Directions whose shadow maps show casters where they no longer are.
+    pub outdated: u32,
+    /// The fewest directions that together give 90 % of the light, as it was read back from the GPU some frames ago.
+    pub main: u32,
+    /// Frames since casters were last where the oldest of the main directions' shadow maps shows them.
+    pub oldest_main: u32,
 }
 
 /// Draws and weighs domes of shadow directions.
@@ -87,16 +179,26 @@ impl Plugin for ShadowsPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "dome.wgsl");
         load_shader_library!(app, "visibility.wgsl");
-        app.register_type::<ShadowDomeLight>().init_resource::<FittedDome>().add_systems(
-            PostUpdate,
-            (textures::fit_textures.run_if(resource_exists::<DomeTextures>), fit_dome)
-                .chain()
-                .after(bevy::camera::visibility::VisibilitySystems::CheckVisibility)
-                .in_set(MirrorballSystems::Measure),
-        );
+        load_shader_library!(app, "receive.wgsl");
+        app.register_type::<ShadowDomeLight>()
+            .register_type::<DomeState>()
+            .init_resource::<FittedDome>()
+            .init_resource::<Refreshing>()
+            .add_systems(
+                PostUpdate,
+                (
+                    (textures::fit_textures, camera::serve_camera).run_if(resource_exists::<DomeTextures>),
+                    fit_dome,
+                    read_energies.run_if(resource_exists::<DomeTextures>),
+                )
+                    .chain()
+                    .after(bevy::camera::visibility::VisibilitySystems::CheckVisibility)
+                    .in_set(MirrorballSystems::Measure),
+            );
         extract::build(app);
         depth_pass::build(app);
         weights_pass::build(app);
+        visibility_pass::build(app);
     }
 
     fn finish(&self, app: &mut App) {
@@ -111,53 +213,101 @@ impl Plugin for ShadowsPlugin {
 struct FittedDome {
     /// Number of directions with shadow maps; 0 without a dome.
     directions: u32,
+    coverage: DomeCoverage,
     world_from_dome: Quat,
+    filter: ShadowFilter,
+    /// Pixels across a sample of the visibility pass; 0 without it.
+    sample_pixels: u32,
+    dim_share: f32,
     sphere: Option<BoundingSphere>,
     casters: Vec<Caster>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Caster {
-    mesh: AssetId<Mesh>,
-    world_from_local: Mat4,
-    is_phantom: bool,
+/// Which shadow maps are drawn again.
+#[derive(Resource, Default)]
+struct Refreshing {
+    schedule: Schedule,
+    /// Directions to draw in this frame.
+    chosen: Vec<u32>,
+    /// Luminance × solid angle of each direction, read back from the GPU.
+    energies: Vec<f32>,
+    readback: Option<Entity>,
 }
-
-type CasterItem =
-    (&'static Mesh3d, &'static GlobalTransform, &'static Aabb, &'static StageRole, &'static InheritedVisibility);
 
 fn fit_dome(
     mut fitted: ResMut<FittedDome>,
-    domes: Query<(&ShadowDomeLight, &GlobalTransform)>,
-    meshes: Query<CasterItem, Without<NotShadowCaster>>,
+    mut refreshing: ResMut<Refreshing>,
+    mut domes: Query<(&ShadowDomeLight, &GlobalTransform, &mut DomeState)>,
+    casters: Casters,
 ) {
-    let Some((dome, transform)) = domes.iter().next() else {
+    let refreshing = &mut *refreshing;
+    let Some((dome, transform, mut state)) = domes.iter_mut().next() else {
         fitted.set_if_neq(FittedDome::default());
+        *refreshing = Refreshing { readback: refreshing.readback, ..default() };
         return;
     };
-    let mut casters = Vec::new();
-    let mut spheres = Vec::new();
-    for (mesh, transform, aabb, role, visibility) in &meshes {
-        let is_phantom = match role {
-            StageRole::Virtual => false,
-            StageRole::Phantom(phantom) if phantom.casts => true,
-            StageRole::Phantom(_) => continue,
-        };
-        if !visibility.get() {
-            continue;
-        }
-        let world_from_local = transform.affine();
-        casters.push(Caster { mesh: mesh.id(), world_from_local: world_from_local.into(), is_phantom });
-        spheres.push(BoundingSphere {
-            center: world_from_local.transform_point3a(aabb.center).into(),
-            radius: transform.radius_vec3a(aabb.half_extents),
-        });
-    }
-    let sphere = BoundingSphere::around(&spheres).map(|sphere| sphere.or_keep(fitted.sphere));
-    fitted.set_if_neq(FittedDome {
+    let casters = casters.gather();
+    let spheres: Vec<_> = casters.iter().map(|caster| caster.sphere).collect();
+    let now = FittedDome {
         directions: dome.clamped_directions(),
+        coverage: dome.coverage,
         world_from_dome: transform.rotation(),
-        sphere,
+        filter: dome.filter,
+        sample_pixels: dome.samples.pixels(),
+        dim_share: if dome.dim_share.is_finite() { dome.dim_share.clamp(0.0, 1.0) } else { 0.0 },
+        sphere: BoundingSphere::around(&spheres).map(|sphere| sphere.or_keep(fitted.sphere)),
         casters,
+    };
+    let views = |dome: &FittedDome| (dome.directions, dome.coverage, dome.world_from_dome, dome.filter);
+    if views(&fitted) != views(&now) {
+        let directions = dome::shadowed_directions(now.coverage, now.directions);
+        refreshing.schedule = Schedule::new(directions.into_iter().map(|direction| now.world_from_dome * direction));
+    } else {
+        refreshing.schedule.advance(casters::movement(&fitted.casters, &now.casters));
+    }
+    let (chosen, ages) = refreshing.schedule.choose(dome.refreshed_per_frame.max(1), &refreshing.energies);
+    state.set_if_neq(DomeState {
+        casters: now.casters.len() as u32,
+        redrawn: chosen.len() as u32,
+        outdated: ages.outdated,
+        main: ages.main,
+        oldest_main: ages.oldest_main,
     });
+    refreshing.chosen = chosen;
+    fitted.set_if_neq(now);
+}
+
+/// Asks for the light of the directions while there is something to choose between.
+fn read_energies(
+    mut commands: Commands,
+    mut refreshing: ResMut<Refreshing>,
+    textures: Res<DomeTextures>,
+    fitted: Res<FittedDome>,
+    mut asked: Local<u32>,
+) {
+    let is_needed = fitted.directions > 1 && refreshing.schedule.is_outdated();
+    if refreshing.readback.is_some() && (!is_needed || *asked != fitted.directions) {
+        if let Some(mut readback) = refreshing.readback.take().and_then(|entity| commands.get_entity(entity).ok()) {
+            readback.despawn();
+        }
+    } else if refreshing.readback.is_none() && is_needed {
+        *asked = fitted.directions;
+        let size = 16 * u64::from(fitted.directions);
+        let readback = commands
+            .spawn(Readback::buffer_range(textures.weights.clone(), 0, size))
+            .observe(|answer: On<ReadbackComplete>, mut refreshing: ResMut<Refreshing>| {
+                refreshing.energies = luminances(&answer.data);
+            })
+            .id();
+        refreshing.readback = Some(readback);
+    }
+}
+
+/// Luminance of the colors in a buffer of four floats each.
+fn luminances(bytes: &[u8]) -> Vec<f32> {
+    let float = |bytes: &[u8]| bytes.try_into().map_or(0.0, f32::from_le_bytes);
+    let luminance = |color: &[u8]| {
+        0.2126 * float(&color[..4]) + 0.7152 * float(&color[4..8]) + 0.0722 * float(&color[8..12])
+    };
+    bytes.chunks_exact(16).map(luminance).collect()
 }

@@ -1,19 +1,22 @@
 //! The depth atlas and the buffers that materials read.
 
-use super::ShadowDomeLight;
+use super::{FilterKind, ShadowDomeLight, camera::visibility_image};
 use bevy::{
     asset::RenderAssetUsages,
     image::{ImageCompareFunction, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
     prelude::*,
     render::{
         extract_resource::ExtractResource,
-        render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
+        render_resource::{BufferUsages, Extent3d, TextureDimension, TextureFormat, TextureUsages},
         storage::ShaderBuffer,
     },
 };
 
 /// Largest edge of the atlas; every WebGPU device can do it.
 const MAX_ATLAS_EDGE: u32 = 8192;
+
+/// Where materials and the visibility pass bind the atlas, its sampler, the views and the weights.
+pub(super) const SHADOW_BINDINGS: [u32; 4] = [100, 101, 102, 103];
 
 /// What materials bind to find out which share of the light arrives at a point; see `visibility.wgsl`.
 ///
@@ -24,21 +27,51 @@ pub struct DomeTextures {
     pub atlas: Handle<Image>,
     /// The views of all directions (`Dome` in dome.wgsl).
     pub views: Handle<ShaderBuffer>,
-    /// Radiance × solid angle of every direction in linear camera units, above the horizon, then below, then `L_p`.
+    /// Radiance × solid angle of every direction in linear camera units: those with shadow maps, those without, then `L_p`.
+    /// The fourth component ranks the directions with shadow maps by what they give, and says how many are worth a look.
     pub weights: Handle<ShaderBuffer>,
+    /// What the visibility pass has seen: red, green and blue share of the light that arrives, and 1.
+    pub visibility: Handle<Image>,
+    pub(super) visibility_size: UVec2,
+    pub(crate) filter: FilterKind,
     pub(super) layout: AtlasLayout,
 }
 
 impl FromWorld for DomeTextures {
     fn from_world(world: &mut World) -> Self {
         let layout = AtlasLayout::new(1, 1);
-        let atlas = world.resource_mut::<Assets<Image>>().add(layout.image());
+        let mut images = world.resource_mut::<Assets<Image>>();
+        let atlas = images.add(layout.image());
+        let visibility_size = UVec2::ONE;
+        let visibility = images.add(visibility_image(visibility_size));
         let mut buffers = world.resource_mut::<Assets<ShaderBuffer>>();
         let most = 2 * ShadowDomeLight::MAX_DIRECTIONS as usize;
-        let mut buffer = |size| buffers.add(ShaderBuffer::new(&vec![0; size], RenderAssetUsages::RENDER_WORLD));
-        Self { atlas, views: buffer(32 + 64 * most), weights: buffer(16 * (most + 1)), layout }
+        let mut buffer = |size| {
+            let mut buffer = ShaderBuffer::new(&vec![0; size], RenderAssetUsages::RENDER_WORLD);
+            buffer.buffer_description.usage |= BufferUsages::COPY_SRC;
+            buffers.add(buffer)
+        };
+        Self {
+            atlas,
+            views: buffer(VIEWS_HEADER + 64 * most),
+            weights: buffer(16 * (most + 1)),
+            visibility,
+            visibility_size,
+            filter: FilterKind::default(),
+            layout,
+        }
     }
 }
+
+impl DomeTextures {
+    /// What materials have to follow: they are made anew when it changes.
+    pub(crate) fn identity(&self) -> (AssetId<Image>, AssetId<Image>, FilterKind) {
+        (self.atlas.id(), self.visibility.id(), self.filter)
+    }
+}
+
+/// Bytes of `Dome` in dome.wgsl before its views.
+pub(super) const VIEWS_HEADER: usize = 3 * 16 + 64;
 
 /// Arrangement of the tiles: all tiles that see virtual casters, then all that see phantoms, row by row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,6 +123,7 @@ pub(super) fn fit_textures(
         return;
     };
     let layout = AtlasLayout::new(dome.clamped_directions(), dome.resolution.clamp(32, 1024));
+    textures.filter = dome.filter.kind();
     if textures.layout != layout {
         textures.atlas = images.add(layout.image());
         textures.layout = layout;

@@ -1,11 +1,12 @@
 //! Environment cube → radiance × solid angle of each direction, before all cameras.
 
 use super::{
+    DomeCoverage, FittedDome,
     dome::{self, Cells},
     extract::ExtractedDome,
     textures::DomeTextures,
 };
-use crate::MirrorballPasses;
+use crate::{MirrorballPasses, probe::CubeWrites};
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
     core_pipeline::schedule::camera_driver,
@@ -35,6 +36,7 @@ pub(super) fn build(app: &mut App) {
     };
     render_app
         .init_resource::<PreparedWeights>()
+        .init_resource::<CubeWrites>()
         .add_systems(RenderStartup, init_weights_pipelines)
         .add_systems(Render, prepare_weights.in_set(RenderSystems::PrepareBindGroups))
         .add_systems(
@@ -47,7 +49,8 @@ pub(super) fn build(app: &mut App) {
 #[derive(ShaderType, Clone, Copy)]
 struct WeightsUniform {
     world_from_dome: Mat3,
-    counts: UVec2,
+    counts: UVec4,
+    dim_share: f32,
 }
 
 #[derive(Resource)]
@@ -55,6 +58,7 @@ struct WeightsPipelines {
     layout: BindGroupLayoutDescriptor,
     weigh: CachedComputePipelineId,
     average: CachedComputePipelineId,
+    rank: CachedComputePipelineId,
 }
 
 fn init_weights_pipelines(mut commands: Commands, asset_server: Res<AssetServer>, pipeline_cache: Res<PipelineCache>) {
@@ -82,34 +86,48 @@ fn init_weights_pipelines(mut commands: Commands, asset_server: Res<AssetServer>
             ..default()
         })
     };
-    let (weigh, average) = (queue("weigh_cells"), queue("average_below"));
-    commands.insert_resource(WeightsPipelines { layout, weigh, average });
+    let (weigh, average, rank) = (queue("weigh_cells"), queue("average_below"), queue("rank_directions"));
+    commands.insert_resource(WeightsPipelines { layout, weigh, average, rank });
 }
 
-/// Cells of the current number of directions, and bindings that are remade only when what they were made from changes.
+/// Cells of the current directions, and bindings that are remade only when what they were made from changes.
 #[derive(Resource, Default)]
 struct PreparedWeights {
     cells: Option<CellBuffers>,
     bind_group: Option<BindGroup>,
-    made_from: Option<(TextureViewId, Quat, u32)>,
+    made_from: Option<WeightsSources>,
+    /// How often the cube had been written when its light was weighed.
+    weighed: Option<u32>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+struct WeightsSources {
+    cube: (AssetId<Image>, TextureViewId),
+    world_from_dome: Quat,
+    coverage: DomeCoverage,
+    directions: u32,
+    all_directions: u32,
+    dim_share: f32,
 }
 
 struct CellBuffers {
-    directions: u32,
+    made_for: (DomeCoverage, u32),
+    all_directions: u32,
     patches: StorageBuffer<Vec<Vec4>>,
     ranges: StorageBuffer<Vec<UVec2>>,
 }
 
 impl CellBuffers {
-    fn new(directions: u32, device: &RenderDevice, queue: &RenderQueue) -> Self {
-        let cells = Cells::new(&dome::all_directions(directions));
+    fn new(coverage: DomeCoverage, directions: u32, device: &RenderDevice, queue: &RenderQueue) -> Self {
+        let all = dome::all_directions(coverage, directions);
+        let cells = Cells::new(&all);
         let mut patches = StorageBuffer::from(cells.patches);
         patches.set_label(Some("mirrorball_shadows_patches"));
         patches.write_buffer(device, queue);
         let mut ranges = StorageBuffer::from(cells.ranges);
         ranges.set_label(Some("mirrorball_shadows_ranges"));
         ranges.write_buffer(device, queue);
-        Self { directions, patches, ranges }
+        Self { made_for: (coverage, directions), all_directions: all.len() as u32, patches, ranges }
     }
 }
 
@@ -124,25 +142,41 @@ fn prepare_weights(
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
 ) {
-    let directions = dome.fitted.directions;
-    let cube = dome.cube.and_then(|id| images.get(id)).filter(|_| directions > 0);
-    let made_from = cube.map(|cube| (cube.texture_view.id(), dome.fitted.world_from_dome, directions));
+    let FittedDome { directions, coverage, world_from_dome, dim_share, .. } = dome.fitted;
+    let cube = dome.cube.and_then(|id| images.get(id).map(|image| (id, image))).filter(|_| directions > 0);
+    if let Some(made_for) = cube.map(|_| (coverage, directions))
+        && prepared.cells.as_ref().is_none_or(|cells| cells.made_for != made_for)
+    {
+        prepared.cells = Some(CellBuffers::new(coverage, directions, &device, &queue));
+    }
+    let made_from = cube.zip(prepared.cells.as_ref()).map(|((id, image), cells)| WeightsSources {
+        cube: (id, image.texture_view.id()),
+        world_from_dome,
+        coverage,
+        directions,
+        all_directions: cells.all_directions,
+        dim_share,
+    });
     if prepared.bind_group.is_some() && prepared.made_from == made_from {
         return;
     }
-    (prepared.bind_group, prepared.made_from) = (None, made_from);
-    let (Some(textures), Some(cube)) = (textures, cube) else {
+    (prepared.bind_group, prepared.made_from, prepared.weighed) = (None, made_from, None);
+    let (Some(textures), Some((_, cube)), Some(WeightsSources { all_directions, .. })) = (textures, cube, made_from)
+    else {
         return;
     };
     let Some(weights) = buffers.get(&textures.weights) else {
         return;
     };
-    if prepared.cells.as_ref().is_none_or(|cells| cells.directions != directions) {
-        prepared.cells = Some(CellBuffers::new(directions, &device, &queue));
-    }
+    let below = match coverage {
+        DomeCoverage::Hemisphere => UVec2::new(directions, all_directions),
+        // Spheres are numbered from below.
+        DomeCoverage::Sphere => UVec2::new(0, directions / 2),
+    };
     let mut uniform = UniformBuffer::from(WeightsUniform {
-        world_from_dome: Mat3::from_quat(dome.fitted.world_from_dome),
-        counts: UVec2::new(directions, 2 * directions),
+        world_from_dome: Mat3::from_quat(world_from_dome),
+        counts: UVec4::new(directions, all_directions, below.x, below.y),
+        dim_share,
     });
     uniform.set_label(Some("mirrorball_shadows_weights_uniform"));
     uniform.write_buffer(&device, &queue);
@@ -171,18 +205,23 @@ fn prepare_weights(
 
 fn weights_pass(
     pipelines: Option<Res<WeightsPipelines>>,
-    prepared: Res<PreparedWeights>,
+    mut prepared: ResMut<PreparedWeights>,
+    writes: Res<CubeWrites>,
     pipeline_cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let (Some(pipelines), Some(bind_group), Some((.., directions))) =
-        (pipelines, &prepared.bind_group, prepared.made_from)
-    else {
+    let (Some(pipelines), Some(bind_group), Some(sources)) = (pipelines, &prepared.bind_group, prepared.made_from) else {
         return;
     };
-    let (Some(weigh), Some(average)) =
-        (pipeline_cache.get_compute_pipeline(pipelines.weigh), pipeline_cache.get_compute_pipeline(pipelines.average))
-    else {
+    let written = Some(writes.count(sources.cube.0));
+    if prepared.weighed == written {
+        return;
+    }
+    let (Some(weigh), Some(average), Some(rank)) = (
+        pipeline_cache.get_compute_pipeline(pipelines.weigh),
+        pipeline_cache.get_compute_pipeline(pipelines.average),
+        pipeline_cache.get_compute_pipeline(pipelines.rank),
+    ) else {
         return;
     };
     let diagnostics = ctx.diagnostic_recorder();
@@ -194,8 +233,12 @@ fn weights_pass(
     let span = diagnostics.pass_span(&mut pass, "mirrorball_shadows_weights");
     pass.set_bind_group(0, bind_group, &[]);
     pass.set_pipeline(weigh);
-    pass.dispatch_workgroups(2 * directions, 1, 1);
+    pass.dispatch_workgroups(sources.all_directions, 1, 1);
     pass.set_pipeline(average);
     pass.dispatch_workgroups(1, 1, 1);
+    pass.set_pipeline(rank);
+    pass.dispatch_workgroups(1, 1, 1);
     span.end(&mut pass);
+    drop(pass);
+    prepared.weighed = written;
 }

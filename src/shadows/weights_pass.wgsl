@@ -3,8 +3,10 @@
 /// Mirror of `WeightsUniform` in weights_pass.rs.
 struct Weights {
     world_from_dome: mat3x3f,
-    /// Directions with shadow maps, all directions.
-    counts: vec2u,
+    /// Directions with shadow maps, all directions, the first below the horizon and one past the last.
+    counts: vec4u,
+    /// Share of the light of the directions with shadow maps whose dimmest ones are left out.
+    dim_share: f32,
 }
 
 @group(0) @binding(0) var cube: texture_cube<f32>;
@@ -49,12 +51,44 @@ fn weigh_cells(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
 @compute @workgroup_size(THREADS)
 fn average_below(@builtin(local_invocation_index) thread: u32) {
     var sum = vec3f(0.0);
-    for (var i = uniforms.counts.x + thread; i < uniforms.counts.y; i += THREADS) {
+    for (var i = uniforms.counts.z + thread; i < uniforms.counts.w; i += THREADS) {
         sum += weights[i].rgb;
     }
     partial[thread] = sum;
     let total = sum_of_all_threads(thread);
     if thread == 0u {
         weights[uniforms.counts.y] = vec4f(total / 6.28318530718, 0.0);
+    }
+}
+
+fn luminance(index: u32) -> f32 {
+    return dot(weights[index].rgb, vec3f(0.2126, 0.7152, 0.0722));
+}
+
+/// One workgroup: which directions with shadow maps come first by what they give, and how many are worth a look.
+@compute @workgroup_size(THREADS)
+fn rank_directions(@builtin(local_invocation_index) thread: u32) {
+    let count = uniforms.counts.x;
+    var bright = 0.0;
+    for (var i = thread; i < count; i += THREADS) {
+        let own = luminance(i);
+        var rank = 0u;
+        var total = 0.0;
+        var brighter = 0.0;
+        for (var k = 0u; k < count; k++) {
+            let other = luminance(k);
+            let comes_first = other > own || (other == own && k < i);
+            rank += u32(comes_first);
+            brighter += select(0.0, other, comes_first);
+            total += other;
+        }
+        weights[rank].w = f32(i);
+        // The dimmest together give the dim share; a direction is one of them if it and all after it are within.
+        bright += f32(total - brighter > uniforms.dim_share * total);
+    }
+    partial[thread] = vec3f(bright);
+    let all_bright = sum_of_all_threads(thread);
+    if thread == 0u {
+        weights[uniforms.counts.y].w = all_bright.x;
     }
 }

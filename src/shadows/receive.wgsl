@@ -1,0 +1,97 @@
+// What materials ask for the light that arrives at a fragment: read from the visibility pass where it has seen the surface,
+// summed over the dome where it has not.
+
+#define_import_path bevy_mirrorball::shadows::receive
+
+#import bevy_pbr::mesh_view_bindings::view
+#import bevy_mirrorball::shadows::visibility::{dome, phantom_visibility, virtual_visibility}
+#ifdef DEPTH_PREPASS
+#ifdef NORMAL_PREPASS
+#import bevy_pbr::mesh_view_bindings::{depth_prepass_texture, normal_prepass_texture}
+#endif
+#endif
+
+@group(#{MATERIAL_BIND_GROUP}) @binding(104) var visibility_map: texture_2d<f32>;
+
+const IS_PHANTOM: f32 = 0.0;
+const IS_VIRTUAL: f32 = 1.0;
+/// A sample belongs to the same surface if it lies no steeper than this (sine) above or below the fragment's tangent plane…
+const STEEPEST: f32 = 0.3;
+/// …within this share of the distance to the camera in any case…
+const LEAST_STEP: f32 = 1e-4;
+/// …and if the cosine between the normals is above the second of these; below the first it does not count at all.
+const SAME_NORMAL: vec2f = vec2f(0.8, 0.95);
+/// With less weight than this on all samples together, the fragment looks at the shadow maps itself.
+const LEAST_WEIGHT: f32 = 0.05;
+
+#ifdef DEPTH_PREPASS
+#ifdef NORMAL_PREPASS
+/// Visibility from the samples of the pass around a fragment, and the weight they deserve together.
+fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -> vec4f {
+    let step = f32(dome.served.x);
+    let place = (frag_coord.xy - 0.5) / step;
+    let base = floor(place);
+    let share = place - base;
+    let last = vec2f(textureDimensions(visibility_map)) - 1.0;
+    let tolerance = LEAST_STEP * distance(pos_world, view.world_position);
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let corner = vec2f(vec2u(i % 2u, i / 2u));
+        let sample = min(base + corner, last);
+        let pixel = vec2i(sample * step);
+        let bilinear = mix(1.0 - share, share, corner);
+        let stored = textureLoad(visibility_map, vec2i(sample), 0);
+        let depth = textureLoad(depth_prepass_texture, pixel, 0);
+        let facing = textureLoad(normal_prepass_texture, pixel, 0);
+        let uv = (vec2f(pixel) + 0.5 - view.viewport.xy) / view.viewport.zw;
+        let pos = view.world_from_clip * vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, depth, 1.0);
+        let offset = pos.xyz / pos.w - pos_world;
+        let is_near = abs(dot(offset, normal)) <= STEEPEST * length(offset) + tolerance;
+        let is_same = is_near && depth > 0.0 && abs(facing.a - kind) < 0.1;
+        let alike = smoothstep(SAME_NORMAL.x, SAME_NORMAL.y, dot(normalize(facing.xyz * 2.0 - 1.0), normal));
+        let weight = select(0.0, bilinear.x * bilinear.y * alike * stored.a, is_same);
+        sum += vec4f(stored.rgb * weight, weight);
+    }
+    return vec4f(sum.rgb / max(sum.a, 1e-6), sum.a);
+}
+
+/// Whether the visibility texture is this camera's.
+fn is_served() -> bool {
+    let difference = abs(dome.served_clip_from_world[0] - view.unjittered_clip_from_world[0])
+        + abs(dome.served_clip_from_world[1] - view.unjittered_clip_from_world[1])
+        + abs(dome.served_clip_from_world[2] - view.unjittered_clip_from_world[2])
+        + abs(dome.served_clip_from_world[3] - view.unjittered_clip_from_world[3]);
+    return dome.served.x > 0u && dot(difference, vec4f(1.0)) < 1e-4;
+}
+#endif
+#endif
+
+/// Factor on the camera's picture of a phantom.
+fn phantom_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec3f {
+#ifdef DEPTH_PREPASS
+#ifdef NORMAL_PREPASS
+    if is_served() {
+        let found = from_samples(frag_coord, pos_world, normal, IS_PHANTOM);
+        if found.a > LEAST_WEIGHT {
+            return found.rgb;
+        }
+    }
+#endif
+#endif
+    return phantom_visibility(pos_world, normal);
+}
+
+/// Factor on the diffuse image-based light of a virtual surface.
+fn virtual_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec3f {
+#ifdef DEPTH_PREPASS
+#ifdef NORMAL_PREPASS
+    if is_served() {
+        let found = from_samples(frag_coord, pos_world, normal, IS_VIRTUAL);
+        if found.a > LEAST_WEIGHT {
+            return found.rgb;
+        }
+    }
+#endif
+#endif
+    return virtual_visibility(pos_world, normal);
+}

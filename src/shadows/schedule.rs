@@ -1,0 +1,201 @@
+//! Which shadow maps are drawn again, and when.
+
+use bevy::prelude::*;
+
+/// The directions that together make this share of the energy are the main ones.
+const MAIN_ENERGY: f32 = 0.9;
+/// No main direction shows casters where they were more than this many frames ago.
+const LONGEST_WAIT: u32 = 8;
+
+/// How casters have moved from one frame to the next.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Movement {
+    /// Sum of Δ Δᵀ over the movements of centers, in m².
+    moment: Mat3,
+    /// Sum of the squared radii of what has turned, bent, come or gone, in m².
+    reshaped: f32,
+}
+
+impl Movement {
+    pub(super) fn shift(&mut self, by: Vec3) {
+        self.moment += Mat3::from_cols(by * by.x, by * by.y, by * by.z);
+    }
+
+    pub(super) fn reshape(&mut self, radius: f32) {
+        self.reshaped += radius * radius;
+    }
+
+    /// Root of the squared movements as a light of a direction sees them, in metres.
+    fn seen_from(&self, direction: Vec3) -> f32 {
+        let trace = self.moment.x_axis.x + self.moment.y_axis.y + self.moment.z_axis.z;
+        (trace - direction.dot(self.moment * direction) + self.reshaped).max(0.0).sqrt()
+    }
+}
+
+/// The directions of a dome and how old their shadow maps are.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Schedule {
+    directions: Vec<DirectionAge>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct DirectionAge {
+    direction: Vec3,
+    /// Frames since casters were last where the shadow map shows them; 0 for one that is true.
+    age: u32,
+    /// How far they have gone since, in metres.
+    movement: f32,
+}
+
+/// The state of a dome after a frame's choice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Ages {
+    pub outdated: u32,
+    pub main: u32,
+    pub oldest_main: u32,
+}
+
+impl Schedule {
+    /// A dome whose shadow maps are all still to be drawn.
+    pub(super) fn new(directions: impl Iterator<Item = Vec3>) -> Self {
+        let fresh = |direction| DirectionAge { direction, age: LONGEST_WAIT, movement: f32::MAX };
+        Self { directions: directions.map(fresh).collect() }
+    }
+
+    /// Lets a frame pass in which casters have moved, or not.
+    pub(super) fn advance(&mut self, movement: Option<Movement>) {
+        for direction in &mut self.directions {
+            if let Some(movement) = movement {
+                direction.age += 1;
+                direction.movement += movement.seen_from(direction.direction);
+            } else if direction.age > 0 {
+                direction.age += 1;
+            }
+        }
+    }
+
+    pub(super) fn is_outdated(&self) -> bool {
+        self.directions.iter().any(|direction| direction.age > 0)
+    }
+
+    /// The main directions, by energy: the fewest that make most of it.
+    fn main_directions(&self, energies: &[f32]) -> Vec<usize> {
+        let energy = |i: usize| energies.get(i).copied().unwrap_or(1.0).max(0.0);
+        let mut order: Vec<usize> = (0..self.directions.len()).collect();
+        order.sort_by(|&a, &b| energy(b).total_cmp(&energy(a)));
+        let total: f32 = order.iter().map(|&i| energy(i)).sum();
+        let mut sum = 0.0;
+        let is_needed = |i: &usize| {
+            let needed = sum < MAIN_ENERGY * total;
+            sum += energy(*i);
+            needed
+        };
+        order.into_iter().take_while(is_needed).collect()
+    }
+
+    /// Chooses the directions to draw again: as many of the longest outdated main ones as it takes that none of them gets
+    /// older than eight frames, then up to `budget` by energy × age × movement. What was never drawn is drawn at once.
+    pub(super) fn choose(&mut self, budget: u32, energies: &[f32]) -> (Vec<u32>, Ages) {
+        let main = self.main_directions(energies);
+        let mut chosen: Vec<usize> = (0..self.directions.len())
+            .filter(|&i| self.directions[i].movement == f32::MAX)
+            .collect();
+        if chosen.is_empty() {
+            let mut waiting: Vec<usize> = main.iter().copied().filter(|&i| self.directions[i].age > 0).collect();
+            waiting.sort_by_key(|&i| std::cmp::Reverse(self.directions[i].age));
+            waiting.truncate(main.len().div_ceil(LONGEST_WAIT as usize));
+            chosen = waiting;
+            let priority = |i: usize| {
+                let DirectionAge { age, movement, .. } = self.directions[i];
+                energies.get(i).copied().unwrap_or(1.0).max(1e-6) * age as f32 * movement.max(1e-6)
+            };
+            let mut rest: Vec<usize> =
+                (0..self.directions.len()).filter(|i| self.directions[*i].age > 0 && !chosen.contains(i)).collect();
+            rest.sort_by(|&a, &b| priority(b).total_cmp(&priority(a)));
+            chosen.extend(rest.into_iter().take((budget as usize).saturating_sub(chosen.len())));
+        }
+        for &i in &chosen {
+            (self.directions[i].age, self.directions[i].movement) = (0, 0.0);
+        }
+        let ages = Ages {
+            outdated: self.directions.iter().filter(|direction| direction.age > 0).count() as u32,
+            main: main.len() as u32,
+            oldest_main: main.iter().map(|&i| self.directions[i].age).max().unwrap_or(0),
+        };
+        (chosen.into_iter().map(|i| i as u32).collect(), ages)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::dome::hemisphere, *};
+
+    fn moving() -> Option<Movement> {
+        let mut movement = Movement::default();
+        movement.shift(Vec3::X);
+        Some(movement)
+    }
+
+    /// A few lamps in front of a dim sky.
+    fn energies(count: u32, lamps: u32) -> Vec<f32> {
+        (0..count).map(|i| if i % 7 == 3 && i / 7 < lamps { 50.0 } else { 1.0 + (i % 5) as f32 }).collect()
+    }
+
+    #[test]
+    fn a_still_scene_is_drawn_once() {
+        let mut schedule = Schedule::new(hemisphere(64));
+        assert_eq!(schedule.choose(16, &[]).0.len(), 64, "all that was never drawn");
+        for _ in 0..5 {
+            schedule.advance(None);
+            assert_eq!(schedule.choose(16, &[]), (vec![], Ages { main: 58, ..default() }));
+        }
+    }
+
+    #[test]
+    fn after_one_movement_each_direction_is_drawn_once_in_the_order_of_energy() {
+        let mut schedule = Schedule::new(hemisphere(64));
+        schedule.choose(16, &[]);
+        let energies = energies(64, 4);
+        let mut drawn = Vec::new();
+        schedule.advance(moving());
+        for _ in 0..10 {
+            drawn.extend(schedule.choose(16, &energies).0);
+            schedule.advance(None);
+        }
+        let first: Vec<u32> = drawn[..16].to_vec();
+        for lamp in [3, 10, 17, 24] {
+            assert!(first.contains(&lamp), "lamp {lamp} is not among {first:?}");
+        }
+        drawn.sort_unstable();
+        assert_eq!(drawn, (0..64).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn while_casters_move_no_main_direction_waits_longer_than_eight_frames() {
+        for (count, budget, lamps) in [(64, 16, 0), (64, 4, 5), (256, 16, 0), (256, 16, 20), (1024, 16, 0)] {
+            let energies = energies(count, lamps);
+            let mut schedule = Schedule::new(hemisphere(count));
+            schedule.choose(budget, &energies);
+            let (mut oldest, mut most) = (0, 0);
+            for _ in 0..60 {
+                schedule.advance(moving());
+                let (chosen, ages) = schedule.choose(budget, &energies);
+                oldest = oldest.max(ages.oldest_main);
+                most = most.max(chosen.len());
+            }
+            println!("{count} directions, {lamps} lamps, budget {budget}: up to {most} a frame, oldest {oldest}");
+            assert!(oldest <= LONGEST_WAIT);
+            assert!(most <= (budget as usize).max(count.div_ceil(LONGEST_WAIT) as usize));
+        }
+    }
+
+    #[test]
+    fn movement_towards_a_light_is_not_seen_from_there() {
+        let mut movement = Movement::default();
+        movement.shift(Vec3::new(0.0, 2.0, 0.0));
+        assert_eq!(movement.seen_from(Vec3::Y), 0.0);
+        assert_eq!(movement.seen_from(Vec3::X), 2.0);
+        movement.reshape(1.5);
+        assert_eq!(movement.seen_from(Vec3::Y), 1.5);
+    }
+}
