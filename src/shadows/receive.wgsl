@@ -18,7 +18,7 @@ const IS_VIRTUAL: f32 = 1.0;
 /// A sample belongs to the same surface if it lies no steeper than this (sine) above or below the fragment's tangent plane…
 const STEEPEST: f32 = 0.3;
 /// …within this share of the distance to the camera in any case…
-const LEAST_STEP: f32 = 1e-4;
+const LEAST_STEP: f32 = 1e-3;
 /// …and if the cosine between the normals is above the second of these; below the first it does not count at all.
 const SAME_NORMAL: vec2f = vec2f(0.8, 0.95);
 /// With less weight than this on all samples together, the fragment looks at the shadow maps itself.
