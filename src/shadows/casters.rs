@@ -6,16 +6,14 @@ use bevy::{
     camera::primitives::Aabb,
     ecs::system::SystemParam,
     light::NotShadowCaster,
-    math::Affine2,
+    math::{Affine2, BVec3A, Vec3A},
     mesh::{
-        morph::{MeshMorphWeights, MorphWeights},
+        morph::{MeshMorphWeights, MorphAttributes, MorphWeights},
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
+    platform::collections::HashMap,
     prelude::*,
 };
-
-/// Share of a skinned mesh's rest-pose radius that is taken to lie around each of its joints.
-const FLESH: f32 = 0.3;
 
 /// On a mesh that is cut out by its texture's alpha: how, so that its shadow has the same holes. Put there by the materials.
 #[derive(Component, Clone, Debug, PartialEq)]
@@ -85,11 +83,29 @@ pub(super) struct Casters<'w, 's> {
     transforms: Query<'w, 's, &'static GlobalTransform>,
     morph_weights: Query<'w, 's, &'static MorphWeights>,
     bind_poses: Res<'w, Assets<SkinnedMeshInverseBindposes>>,
+    mesh_data: Res<'w, Assets<Mesh>>,
+    mesh_changes: MessageReader<'w, 's, AssetEvent<Mesh>>,
+    morph_reach: Local<'s, HashMap<AssetId<Mesh>, Vec<f32>>>,
 }
 
 impl Casters<'_, '_> {
-    pub(super) fn gather(&self) -> Vec<Caster> {
+    pub(super) fn gather(&mut self) -> Vec<Caster> {
+        for change in self.mesh_changes.read() {
+            if let AssetEvent::Modified { id } | AssetEvent::Removed { id } = change {
+                self.morph_reach.remove(id);
+            }
+        }
+        let morphed = self.meshes.iter().filter(|item| item.7.is_some());
+        for id in morphed.map(|item| item.1.id()) {
+            self.morph_reach.entry(id).or_insert_with(|| morph_reach(self.mesh_data.get(id)));
+        }
         self.meshes.iter().filter_map(|item| self.caster(item)).collect()
+    }
+
+    /// How far weights move vertices out of the rest pose at most, in units of the mesh.
+    fn reach(&self, mesh: AssetId<Mesh>, weights: &[f32]) -> f32 {
+        let reach = self.morph_reach.get(&mesh).map_or(&[][..], Vec::as_slice);
+        weights.iter().zip(reach).map(|(weight, reach)| weight.abs() * reach).sum()
     }
 
     fn caster(
@@ -115,11 +131,6 @@ impl Casters<'_, '_> {
             return None;
         }
         let world_from_local = transform.affine();
-        let rest = BoundingSphere {
-            center: world_from_local.transform_point3a(aabb.center).into(),
-            radius: transform.radius_vec3a(aabb.half_extents),
-        };
-        let (joints, posed) = skin.map_or((vec![], None), |skin| self.joints(skin, rest.radius));
         let morph_weights = match morph {
             None => vec![],
             Some(MeshMorphWeights::Value { weights }) => weights.clone(),
@@ -127,6 +138,12 @@ impl Casters<'_, '_> {
                 self.morph_weights.get(*other).map_or(vec![], |weights| weights.weights().to_vec())
             }
         };
+        let aabb = Aabb { half_extents: aabb.half_extents + self.reach(mesh.id(), &morph_weights), ..*aabb };
+        let rest = BoundingSphere {
+            center: world_from_local.transform_point3a(aabb.center).into(),
+            radius: transform.radius_vec3a(aabb.half_extents),
+        };
+        let (joints, posed) = skin.map_or((vec![], None), |skin| self.joints(skin, &aabb));
         Some(Caster {
             entity,
             mesh: mesh.id(),
@@ -140,7 +157,10 @@ impl Casters<'_, '_> {
     }
 
     /// The matrices of a skin's joints, and a sphere around the posed mesh. None of both while anything is missing.
-    fn joints(&self, skin: &SkinnedMesh, rest_radius: f32) -> (Vec<Mat4>, Option<BoundingSphere>) {
+    ///
+    /// How far the mesh reaches around a joint is taken from the rest pose: so far that no corner of its box is farther from
+    /// the nearest joint.
+    fn joints(&self, skin: &SkinnedMesh, rest: &Aabb) -> (Vec<Mat4>, Option<BoundingSphere>) {
         let Some(bind_poses) = self.bind_poses.get(&skin.inverse_bindposes) else {
             return (vec![], None);
         };
@@ -148,12 +168,35 @@ impl Casters<'_, '_> {
         if transforms.len() != skin.joints.len() || bind_poses.len() < transforms.len() {
             return (vec![], None);
         }
-        let flesh = FLESH * rest_radius;
+        let matrices: Vec<Mat4> = transforms.iter().zip(bind_poses.iter()).map(|(joint, bind)| *joint * *bind).collect();
+        let at_rest: Vec<Vec3> = bind_poses.iter().map(|bind| bind.inverse().w_axis.truncate()).collect();
+        let reach = (0..8).map(|corner| {
+            let side = Vec3A::select(BVec3A::new(corner & 1 > 0, corner & 2 > 0, corner & 4 > 0), Vec3A::ONE, Vec3A::NEG_ONE);
+            let corner = Vec3::from(rest.center + side * rest.half_extents);
+            at_rest.iter().map(|joint| joint.distance(corner)).fold(f32::MAX, f32::min)
+        });
+        let reach = reach.fold(0.0, f32::max);
+        let scale = |matrix: &Mat4| Mat3::from_mat4(*matrix).to_cols_array_2d().map(|c| Vec3::from(c).length()).into_iter();
         let spheres: Vec<_> = transforms
             .iter()
-            .map(|joint| BoundingSphere { center: joint.w_axis.truncate(), radius: flesh })
+            .zip(&matrices)
+            .map(|(joint, matrix)| BoundingSphere {
+                center: joint.w_axis.truncate(),
+                radius: reach * scale(matrix).fold(0.0, f32::max),
+            })
             .collect();
-        let matrices = transforms.iter().zip(bind_poses.iter()).map(|(joint, bind)| *joint * *bind).collect();
         (matrices, BoundingSphere::around(&spheres))
     }
+}
+
+/// Longest displacement of each morph target of a mesh whose data is on the CPU.
+fn morph_reach(mesh: Option<&Mesh>) -> Vec<f32> {
+    // A mesh that is only on the GPU has no data to look at.
+    let Some((targets, vertices)) =
+        mesh.and_then(|mesh| Some((mesh.try_morph_targets().ok()?, mesh.count_vertices())))
+    else {
+        return vec![];
+    };
+    let longest = |target: &[MorphAttributes]| target.iter().map(|vertex| vertex.position.length()).fold(0.0, f32::max);
+    targets.chunks(vertices.max(1)).map(longest).collect()
 }

@@ -238,7 +238,7 @@ fn fit_dome(
     mut fitted: ResMut<FittedDome>,
     mut refreshing: ResMut<Refreshing>,
     mut domes: Query<(&ShadowDomeLight, &GlobalTransform, &mut DomeState)>,
-    casters: Casters,
+    mut casters: Casters,
 ) {
     let refreshing = &mut *refreshing;
     let Some((dome, transform, mut state)) = domes.iter_mut().next() else {

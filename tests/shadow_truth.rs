@@ -1,0 +1,223 @@
+//! The dome's shadows against rays: what share of the sky's light reaches a place on a desk between boxes and balls.
+
+mod desk;
+mod gpu;
+mod shared_data;
+
+use bevy::prelude::*;
+use bevy_mirrorball::{
+    environment::EquirectPixels,
+    prelude::*,
+    probe::EnvironmentCube,
+    shadows::{DomeCoverage, ShadowFilter, VisibilitySamples},
+};
+use desk::{Desk, HEIGHT, SIZE, Shot, intrinsics};
+
+/// Directions of the reference.
+const RAYS: u32 = 4096;
+/// Edge of the cubes that real environments are put into.
+const CUBE_EDGE: u32 = 128;
+
+const REAL_SKIES: [&str; 6] = [
+    "studio_small_03_1k.hdr",
+    "lebombo_1k.hdr",
+    "venice_sunset_1k.hdr",
+    "empty_warehouse_01_1k.hdr",
+    "potsdamer_platz_1k.hdr",
+    "night.exr",
+];
+
+#[derive(Clone, Copy)]
+enum Shape {
+    /// Half of its extents.
+    Block(Vec3),
+    Ball(f32),
+}
+
+#[derive(Clone, Copy)]
+struct Thing {
+    shape: Shape,
+    center: Vec3,
+    is_real: bool,
+}
+
+impl Thing {
+    fn mesh(&self) -> Mesh {
+        match self.shape {
+            Shape::Block(half) => Cuboid::from_size(2.0 * half).into(),
+            Shape::Ball(radius) => Sphere::new(radius).mesh().ico(16).expect("few enough"),
+        }
+    }
+
+    /// Whether a ray meets the thing.
+    fn blocks(&self, from: Vec3, dir: Vec3) -> bool {
+        let from = from - self.center;
+        match self.shape {
+            Shape::Ball(radius) => {
+                let along = from.dot(dir);
+                along < 0.0 && from.length_squared() - along * along < radius * radius
+            }
+            Shape::Block(half) => {
+                let (a, b) = ((-half - from) / dir, (half - from) / dir);
+                let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
+                near < far && far > 0.0
+            }
+        }
+    }
+}
+
+/// A few things of 3 to 16 cm, one of them real, one that does not touch the desk.
+fn things() -> Vec<Thing> {
+    let thing = |shape, x, y, z, is_real| Thing { shape, center: Vec3::new(x, y, z), is_real };
+    vec![
+        thing(Shape::Block(Vec3::new(0.03, 0.05, 0.04)), -0.12, 0.05, 0.02, false),
+        thing(Shape::Ball(0.03), 0.05, 0.03, -0.08, false),
+        thing(Shape::Ball(0.025), 0.03, 0.12, 0.10, false),
+        thing(Shape::Block(Vec3::new(0.04, 0.08, 0.01)), 0.15, 0.08, 0.03, true),
+    ]
+}
+
+/// Evenly spread directions above the horizon, each with the light that comes from there.
+fn sky(light: impl Fn(Vec3) -> Vec3) -> Vec<(Vec3, Vec3)> {
+    let direction = |i: u32| {
+        let height = (i as f32 + 0.5) / RAYS as f32;
+        let across = (1.0 - height * height).sqrt();
+        // The golden ratio's share of a turn between successive directions.
+        let (sin, cos) = (i as f32 * 0.618_034 * std::f32::consts::TAU).sin_cos();
+        Vec3::new(across * cos, height, across * sin)
+    };
+    (0..RAYS).map(direction).map(|dir| (dir, light(dir))).collect()
+}
+
+/// Camera × this is what the desk looks like with the virtual things on it.
+fn true_ratio(things: &[Thing], sky: &[(Vec3, Vec3)], place: Vec3) -> Vec3 {
+    let (mut before, mut after) = (Vec3::ZERO, Vec3::ZERO);
+    for (dir, light) in sky {
+        let blocked = |is_real| things.iter().any(|thing| thing.is_real == is_real && thing.blocks(place, *dir));
+        if !blocked(true) {
+            before += *light * dir.y;
+            after += if blocked(false) { Vec3::ZERO } else { *light * dir.y };
+        }
+    }
+    after / before.max(Vec3::splat(1e-9))
+}
+
+/// Places on the desk that the camera sees through the middles of pixels and that lie no nearer than a pixel to a thing's edge.
+fn places(things: &[Thing]) -> Vec<Vec3> {
+    let camera = Vec3::new(0.0, HEIGHT, 0.0);
+    let place = |x: f32, y: f32| {
+        let on_desk = (Vec2::new(x, y) - intrinsics().center) / intrinsics().focal * HEIGHT;
+        Vec3::new(on_desk.x, 0.0, on_desk.y)
+    };
+    let is_seen = |place: Vec3| !things.iter().any(|thing| thing.blocks(camera, (place - camera).normalize()));
+    let pixels = (0..SIZE.y).flat_map(|y| (0..SIZE.x).map(move |x| Vec2::new(x as f32 + 0.5, y as f32 + 0.5)));
+    pixels
+        .filter(|pixel| {
+            [-1.0, 0.0, 1.0].iter().all(|dx| [-1.0, 0.0, 1.0].iter().all(|dy| is_seen(place(pixel.x + dx, pixel.y + dy))))
+        })
+        .map(|pixel| place(pixel.x, pixel.y))
+        .collect()
+}
+
+struct Errors {
+    rms: f32,
+    worst: f32,
+    /// Over those places only where at least a twentieth of the light is missing.
+    rms_in_shadow: f32,
+}
+
+fn compare(shot: &Shot, truth: &[(Vec3, Vec3)]) -> Errors {
+    let (mut sum, mut worst, mut in_shadow, mut count_in_shadow) = (0.0, 0.0f32, 0.0, 0);
+    for (place, expected) in truth {
+        let error = shot.ratio(*place) - expected.y;
+        sum += error * error;
+        worst = worst.max(error.abs());
+        if expected.y < 0.95 {
+            in_shadow += error * error;
+            count_in_shadow += 1;
+        }
+    }
+    let rms = |sum: f32, count: usize| (sum / count.max(1) as f32).sqrt();
+    Errors { rms: rms(sum, truth.len()), worst, rms_in_shadow: rms(in_shadow, count_in_shadow) }
+}
+
+fn furnished_desk() -> Option<Desk> {
+    let mut desk = Desk::new()?;
+    for thing in things() {
+        if thing.is_real {
+            desk.add(thing.mesh(), thing.center, PhantomObject { receives: false, ..default() });
+        } else {
+            desk.add_virtual(thing.mesh(), thing.center);
+        }
+    }
+    Some(desk)
+}
+
+fn set_dome(desk: &mut Desk, dome: ShadowDomeLight) {
+    desk.app.world_mut().entity_mut(desk.dome).insert(dome);
+}
+
+fn truth(things: &[Thing], sky: &[(Vec3, Vec3)]) -> Vec<(Vec3, Vec3)> {
+    places(things).into_iter().map(|place| (place, true_ratio(things, sky, place))).collect()
+}
+
+#[test]
+fn under_an_even_sky_shadows_are_those_of_rays() {
+    let Some(mut desk) = furnished_desk() else { return };
+    let truth = truth(&things(), &sky(|_| Vec3::ONE));
+    let shaded = truth.iter().filter(|(_, ratio)| ratio.y < 0.95).count();
+    println!("{} places, {shaded} of them in shadow", truth.len());
+    assert!(shaded > 500, "there are shadows to compare");
+    let bilinear = ShadowFilter::Bilinear;
+    let soft = ShadowFilter::Pcss { angular_radius: 0.1 };
+    for (directions, samples, filter, goal) in [
+        (64, VisibilitySamples::Half, bilinear, 0.02),
+        (64, VisibilitySamples::Full, bilinear, 0.02),
+        (64, VisibilitySamples::Fragment, bilinear, 0.02),
+        (64, VisibilitySamples::Full, soft, 0.01),
+        (256, VisibilitySamples::Half, bilinear, 0.01),
+        (256, VisibilitySamples::Full, bilinear, 0.01),
+    ] {
+        set_dome(&mut desk, ShadowDomeLight { directions, samples, filter, ..default() });
+        let errors = compare(&desk.shoot(), &truth);
+        println!(
+            "{directions} directions, {samples:?}, {filter:?}: RMSE {:.4} (in shadow {:.4}), worst {:.3}",
+            errors.rms, errors.rms_in_shadow, errors.worst
+        );
+        assert!(errors.rms <= goal);
+    }
+}
+
+#[test]
+fn under_real_skies_shadows_are_close_to_those_of_rays() {
+    let Some(mut desk) = furnished_desk() else { return };
+    desk.app.world_mut().despawn(desk.probe);
+    for name in REAL_SKIES {
+        let Some(file) = shared_data::find(&format!("hdr/{name}")) else { return };
+        let picture = EquirectPixels::open(&file).expect("an environment");
+        let cube = picture.to_cube(CUBE_EDGE, Quat::IDENTITY);
+        let truth = truth(&things(), &sky(|dir| cube.sample(dir)));
+        let image = desk.app.world_mut().resource_mut::<Assets<Image>>().add(cube.to_image());
+        let probe = desk.app.world_mut().spawn(EnvironmentCube(image)).id();
+        for directions in [64, 256] {
+            set_dome(&mut desk, ShadowDomeLight { directions, ..default() });
+            let errors = compare(&desk.shoot(), &truth);
+            println!(
+                "{name}, {directions} directions: RMSE {:.4} (in shadow {:.4}), worst {:.3}",
+                errors.rms, errors.rms_in_shadow, errors.worst
+            );
+            assert!(errors.rms <= 0.15);
+        }
+        desk.app.world_mut().despawn(probe);
+    }
+}
+
+#[test]
+fn a_dome_all_around_shadows_like_one_above() {
+    let Some(mut desk) = furnished_desk() else { return };
+    let truth = truth(&things(), &sky(|_| Vec3::ONE));
+    set_dome(&mut desk, ShadowDomeLight { directions: 128, coverage: DomeCoverage::Sphere, ..default() });
+    let errors = compare(&desk.shoot(), &truth);
+    println!("128 directions all around: RMSE {:.4}, worst {:.3}", errors.rms, errors.worst);
+    assert!(errors.rms <= 0.02);
+}
