@@ -3,17 +3,13 @@
 mod desk;
 mod gpu;
 
-use bevy::prelude::*;
-use bevy_mirrorball::{
-    camera::{CameraPlugin, FramePixels, srgb_to_linear},
-    environment::EnvironmentPlugin,
-    materials::{ImageBasedMaterial, MaterialsPlugin},
-    offscreen,
+use bevy::{
+    core_pipeline::prepass::{DepthPrepass, NormalPrepass},
     prelude::*,
-    probe::{ProbePlugin, UniformSky},
-    shadows::ShadowsPlugin,
-    stage::StagePlugin,
+    camera::Hdr,
 };
+use bevy_mirrorball::{materials::ImageBasedMaterial, prelude::*, shadows::VisibilitySamples};
+use desk::{Desk, Shot, desk_picture};
 
 /// Rounding to 8 bits.
 const SAME: u8 = 1;
@@ -120,5 +116,84 @@ fn a_surface_under_the_open_sky_looks_as_without_dome() {
         println!("dome against engine: off by {worst}/255, anywhere in the picture {everywhere}/255");
         assert!(worst <= SAME);
         desk.app.world_mut().despawn(thing);
+    }
+}
+
+/// How the visibility pass may differ from what every fragment finds by itself: along edges of shadows.
+const INTERPOLATED: u8 = 12;
+
+/// Share of bytes that differ by more than rounding.
+fn share_of_different(a: &Shot, b: &Shot) -> f32 {
+    let different = a.0.iter().zip(&b.0).filter(|(a, b)| a.abs_diff(**b) > SAME).count();
+    different as f32 / a.0.len() as f32
+}
+
+fn furnished(kind: impl Bundle, samples: VisibilitySamples) -> Option<Shot> {
+    let mut desk = Desk::new()?;
+    desk.add_virtual(Cuboid::new(0.06, 0.06, 0.06), Vec3::new(-0.15, 0.03, 0.0));
+    desk.add_virtual(Sphere::new(0.04).mesh().ico(12).expect("few enough"), Vec3::new(0.05, 0.04, 0.05));
+    desk.add(Cuboid::new(0.05, 0.1, 0.05), Vec3::new(-0.05, 0.05, -0.1), PhantomObject::default());
+    let world = desk.app.world_mut();
+    world.entity_mut(desk.dome).insert(ShadowDomeLight { samples, ..default() });
+    let camera = world.query_filtered::<Entity, With<ArCamera>>().single(world).expect("one camera");
+    world.entity_mut(camera).insert(kind);
+    Some(desk.shoot())
+}
+
+#[test]
+fn the_visibility_pass_finds_what_every_fragment_would() {
+    let (Some(fragment), Some(full), Some(half)) = (
+        furnished(Msaa::Off, VisibilitySamples::Fragment),
+        furnished(Msaa::Off, VisibilitySamples::Full),
+        furnished(Msaa::Off, VisibilitySamples::Half),
+    ) else {
+        return;
+    };
+    let unshadowed = share_of_different(&fragment, &Shot(desk::desk_picture()));
+    for (name, shot) in [("full", full), ("half", half)] {
+        let (worst, share) = (shot.difference(&fragment.0), share_of_different(&shot, &fragment));
+        println!("{name}: off by up to {worst}/255, {:.1} % of the picture by more than rounding", 100.0 * share);
+        assert!(worst <= INTERPOLATED && share <= if name == "full" { 0.02 } else { 0.1 });
+    }
+    assert!(unshadowed > 0.2, "there is something to see");
+}
+
+#[test]
+fn cameras_of_other_kinds_see_the_same_shadows() {
+    let Some(plain) = furnished(Msaa::Off, VisibilitySamples::Half) else { return };
+    let multisampled = furnished(Msaa::Sample4, VisibilitySamples::Half).expect("a GPU");
+    let wide = furnished(Hdr, VisibilitySamples::Half).expect("a GPU");
+    let kept_prepass = furnished((DepthPrepass, NormalPrepass), VisibilitySamples::Fragment).expect("a GPU");
+    let fragment = furnished(Msaa::Off, VisibilitySamples::Fragment).expect("a GPU");
+    for (name, shot, like, share) in [
+        // Edges of things are smoothed.
+        ("4 samples a pixel", &multisampled, &plain, 0.1),
+        ("HDR", &wide, &plain, 0.01),
+        ("a prepass of its own", &kept_prepass, &fragment, 0.01),
+    ] {
+        let different = share_of_different(shot, like);
+        println!("{name}: {:.2} % of the picture differs", 100.0 * different);
+        assert!(different <= share);
+    }
+}
+
+#[test]
+fn a_camera_keeps_its_prepass_when_the_dome_goes_and_loses_the_domes() {
+    for keeps in [false, true] {
+        let Some(mut desk) = Desk::new() else { return };
+        let world = desk.app.world_mut();
+        let camera = world.query_filtered::<Entity, With<ArCamera>>().single(world).expect("one camera");
+        if keeps {
+            world.entity_mut(camera).insert(DepthPrepass);
+        }
+        desk.app.update();
+        desk.app.update();
+        assert!(desk.app.world().entity(camera).contains::<NormalPrepass>());
+        desk.app.world_mut().entity_mut(desk.dome).remove::<ShadowDomeLight>();
+        desk.app.update();
+        desk.app.update();
+        let camera = desk.app.world().entity(camera);
+        assert!(!camera.contains::<NormalPrepass>());
+        assert_eq!(camera.contains::<DepthPrepass>(), keeps);
     }
 }
