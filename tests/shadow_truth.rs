@@ -4,12 +4,21 @@ mod desk;
 mod gpu;
 mod shared_data;
 
-use bevy::prelude::*;
+use bevy::{
+    camera::Exposure,
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    light::{EnvironmentMapLight, GlobalAmbientLight, NotShadowCaster},
+    prelude::*,
+};
 use bevy_mirrorball::{
-    environment::EquirectPixels,
+    camera::srgb_to_linear,
+    environment::{EquirectPixels, equirect_direction},
+    materials::MaterialsPlugin,
+    offscreen,
     prelude::*,
     probe::EnvironmentCube,
-    shadows::{DomeCoverage, ShadowFilter, VisibilitySamples},
+    shadows::{DomeCoverage, ShadowFilter, ShadowsPlugin, VisibilitySamples},
+    stage::StagePlugin,
 };
 use desk::{Desk, HEIGHT, SIZE, Shot, intrinsics};
 
@@ -220,4 +229,73 @@ fn a_dome_all_around_shadows_like_one_above() {
     let errors = compare(&desk.shoot(), &truth);
     println!("128 directions all around: RMSE {:.4}, worst {:.3}", errors.rms, errors.worst);
     assert!(errors.rms <= 0.02);
+}
+
+/// A cube of one color in each direction.
+fn cube(light: impl Fn(Vec3) -> Vec3) -> Image {
+    let size = UVec2::new(256, 128);
+    let pixels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| Vec2::new(x as f32 + 0.5, y as f32 + 0.5)));
+    let picture =
+        EquirectPixels { size, texels: pixels.map(|pixel| light(equirect_direction(pixel / size.as_vec2()))).collect() };
+    picture.to_cube(64, Quat::IDENTITY).to_image()
+}
+
+#[test]
+fn without_probe_and_phantoms_the_cameras_environment_map_casts_shadows() {
+    let Some(mut app) = gpu::app(|app| {
+        app.add_plugins((StagePlugin, ShadowsPlugin, MaterialsPlugin));
+    }) else {
+        return;
+    };
+    // Half of the sky is bright, and the map is turned from +X to -Z.
+    let light = |dir: Vec3| Vec3::splat(if dir.x > 0.0 { 0.6 } else { 0.2 });
+    let rotation = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
+    let map = app.world_mut().resource_mut::<Assets<Image>>().add(cube(light));
+    let (picture, target) = offscreen::add_target(&mut app, SIZE);
+    let world = app.world_mut();
+    world.spawn(ShadowDomeLight { directions: 256, ..default() });
+    let fov = 2.0 * (0.5 * SIZE.y as f32 / intrinsics().focal.y).atan();
+    world.spawn((
+        Camera3d::default(),
+        Projection::from(PerspectiveProjection { fov, ..default() }),
+        Transform::from_xyz(0.0, HEIGHT, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z),
+        EnvironmentMapLight {
+            diffuse_map: map.clone(),
+            specular_map: map,
+            intensity: 1.0 / Exposure::default().exposure(),
+            rotation,
+            ..default()
+        },
+        (target, Msaa::Off, Tonemapping::None, DebandDither::Disabled),
+    ));
+    world.insert_resource(GlobalAmbientLight::NONE);
+    let white = StandardMaterial { perceptual_roughness: 1.0, reflectance: 0.0, ..default() };
+    let white = world.resource_mut::<Assets<StandardMaterial>>().add(white);
+    let add = |world: &mut World, mesh: Mesh, center: Vec3| {
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+        world.spawn((Mesh3d(mesh), MeshMaterial3d(white.clone()), Transform::from_translation(center))).id()
+    };
+    let ground = add(world, Plane3d::default().mesh().size(2.0, 2.0).build(), Vec3::ZERO);
+    world.entity_mut(ground).insert(NotShadowCaster);
+    let shoot = |app: &mut App| {
+        (0..12).for_each(|_| app.update());
+        Shot(offscreen::read_texture(app, &picture).expect("the picture comes back"))
+    };
+    let open = shoot(&mut app);
+    for thing in things() {
+        add(app.world_mut(), thing.mesh(), thing.center);
+    }
+    let furnished = shoot(&mut app);
+    let all_virtual: Vec<Thing> = things().into_iter().map(|thing| Thing { is_real: false, ..thing }).collect();
+    let truth = truth(&all_virtual, &sky(|dir| light(rotation.inverse() * dir)));
+    let (mut sum, mut worst) = (0.0, 0.0f32);
+    for (place, expected) in &truth {
+        let at = open.at(*place) + 1;
+        let error = srgb_to_linear(furnished.0[at]) / srgb_to_linear(open.0[at]) - expected.y;
+        sum += error * error;
+        worst = worst.max(error.abs());
+    }
+    let rms = (sum / truth.len() as f32).sqrt();
+    println!("under a turned map: RMSE {rms:.4}, worst {worst:.3}");
+    assert!(rms <= 0.02);
 }

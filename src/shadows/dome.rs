@@ -6,9 +6,6 @@ use bevy::prelude::*;
 
 /// Golden angle in radians: successive points of a Fibonacci lattice are this far apart in azimuth.
 const GOLDEN_ANGLE: f32 = 2.399_963_2;
-/// Edge length of the cube on which the sphere is divided among the directions; half the resolution of the environment
-/// cube, so that one bilinear lookup averages four of its texels.
-const CELL_CUBE_EDGE: u32 = 64;
 /// The last fitted sphere is kept while the casters fill at least this share of its radius.
 const KEEP_FILL: f32 = 0.7;
 /// Spheres have radii that are powers of this, so that casters may grow a little before they leave theirs and the texels of
@@ -73,10 +70,10 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Gives every patch of the sphere to the direction nearest to it.
-    pub(super) fn new(directions: &[Vec3]) -> Self {
+    /// Gives every patch of the sphere, a texel of a cube, to the direction nearest to it.
+    pub(super) fn new(directions: &[Vec3], cube_edge: u32) -> Self {
         let mut by_direction: Vec<Vec<Vec4>> = vec![Vec::new(); directions.len()];
-        for (patch, solid_angle) in cube_directions(CELL_CUBE_EDGE) {
+        for (patch, solid_angle) in cube_directions(cube_edge) {
             let nearest =
                 (0..directions.len()).max_by(|&a, &b| directions[a].dot(patch).total_cmp(&directions[b].dot(patch)));
             if let Some(nearest) = nearest {
@@ -131,7 +128,7 @@ mod tests {
     #[test]
     fn the_cells_share_the_sphere_evenly() {
         for coverage in [DomeCoverage::Hemisphere, DomeCoverage::Sphere] {
-            let cells = Cells::new(&all_directions(coverage, 64));
+            let cells = Cells::new(&all_directions(coverage, 64), 64);
             let fair_share = solid_angle(coverage, 64);
             let mut total = 0.0;
             for range in &cells.ranges {

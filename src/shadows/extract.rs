@@ -8,6 +8,7 @@ use super::{
 };
 use crate::probe::EnvironmentCube;
 use bevy::{
+    light::EnvironmentMapLight,
     prelude::*,
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
@@ -47,22 +48,38 @@ pub(super) fn build(app: &mut App) {
 #[derive(Resource, Default)]
 pub(super) struct ExtractedDome {
     pub(super) fitted: FittedDome,
-    pub(super) cube: Option<AssetId<Image>>,
+    pub(super) sky: Option<Sky>,
     /// Directions whose shadow maps are still to be drawn, in ascending order.
     pub(super) pending: BTreeSet<u32>,
 }
+
+/// The environment that gives the dome its colors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sky {
+    pub(super) cube: AssetId<Image>,
+    pub(super) cube_from_world: Quat,
+    /// Whether it is what a probe measures, whose writes are announced.
+    pub(super) is_measured: bool,
+}
+
+type ViewEnvironment = (&'static EnvironmentMapLight, Has<ServedByDome>);
 
 fn extract_dome(
     mut extracted: ResMut<ExtractedDome>,
     fitted: Extract<Res<FittedDome>>,
     refreshing: Extract<Res<Refreshing>>,
     cubes: Extract<Query<&EnvironmentCube>>,
+    maps: Extract<Query<ViewEnvironment, With<Camera3d>>>,
 ) {
     if fitted.is_changed() {
         extracted.fitted.clone_from(&fitted);
     }
     extracted.pending.extend(&refreshing.chosen);
-    extracted.cube = cubes.iter().next().map(|cube| cube.0.id());
+    let measured = cubes.iter().next().map(|cube| Sky { cube: cube.0.id(), cube_from_world: Quat::IDENTITY, is_measured: true });
+    extracted.sky = measured.or_else(|| {
+        let (map, _) = maps.iter().max_by_key(|(_, is_served)| *is_served)?;
+        Some(Sky { cube: map.specular_map.id(), cube_from_world: map.rotation.inverse(), is_measured: false })
+    });
 }
 
 /// Mirror of `DomeView` in dome.wgsl.

@@ -18,7 +18,7 @@ use bevy::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
             ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, SamplerBindingType, ShaderStages,
-            ShaderType, StorageBuffer, TextureSampleType, TextureViewId, UniformBuffer,
+            ShaderType, StorageBuffer, TextureSampleType, TextureUsages, TextureViewId, UniformBuffer,
             binding_types::{
                 sampler, storage_buffer_read_only_sized, storage_buffer_sized, texture_cube, uniform_buffer,
             },
@@ -28,6 +28,7 @@ use bevy::{
         texture::GpuImage,
     },
 };
+use std::ops::RangeInclusive;
 
 pub(super) fn build(app: &mut App) {
     embedded_asset!(app, "weights_pass.wgsl");
@@ -48,9 +49,10 @@ pub(super) fn build(app: &mut App) {
 /// Mirror of `Weights` in `weights_pass.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
 struct WeightsUniform {
-    world_from_dome: Mat3,
+    cube_from_dome: Mat3,
     counts: UVec4,
     dim_share: f32,
+    level: f32,
 }
 
 #[derive(Resource)]
@@ -102,32 +104,46 @@ struct PreparedWeights {
 
 #[derive(Clone, Copy, PartialEq)]
 struct WeightsSources {
-    cube: (AssetId<Image>, TextureViewId),
-    world_from_dome: Quat,
-    coverage: DomeCoverage,
-    directions: u32,
+    view: TextureViewId,
+    cube: AssetId<Image>,
+    cube_from_dome: Quat,
+    /// Whether the cube may be written on the GPU by passes that do not announce it.
+    is_restless: bool,
+    made_for: CellKey,
     all_directions: u32,
     dim_share: f32,
 }
 
+/// Directions, and the edge of the cube by which the sphere is divided among them.
+#[derive(Clone, Copy, PartialEq)]
+struct CellKey {
+    coverage: DomeCoverage,
+    directions: u32,
+    edge: u32,
+}
+
+/// Edges of the cubes by which the sphere is divided: half that of the environment within these, so that a bilinear lookup
+/// averages four texels and none is left out.
+const CELL_EDGES: RangeInclusive<u32> = 16..=128;
+
 struct CellBuffers {
-    made_for: (DomeCoverage, u32),
+    made_for: CellKey,
     all_directions: u32,
     patches: StorageBuffer<Vec<Vec4>>,
     ranges: StorageBuffer<Vec<UVec2>>,
 }
 
 impl CellBuffers {
-    fn new(coverage: DomeCoverage, directions: u32, device: &RenderDevice, queue: &RenderQueue) -> Self {
-        let all = dome::all_directions(coverage, directions);
-        let cells = Cells::new(&all);
+    fn new(made_for: CellKey, device: &RenderDevice, queue: &RenderQueue) -> Self {
+        let all = dome::all_directions(made_for.coverage, made_for.directions);
+        let cells = Cells::new(&all, made_for.edge);
         let mut patches = StorageBuffer::from(cells.patches);
         patches.set_label(Some("mirrorball_shadows_patches"));
         patches.write_buffer(device, queue);
         let mut ranges = StorageBuffer::from(cells.ranges);
         ranges.set_label(Some("mirrorball_shadows_ranges"));
         ranges.write_buffer(device, queue);
-        Self { made_for: (coverage, directions), all_directions: all.len() as u32, patches, ranges }
+        Self { made_for, all_directions: all.len() as u32, patches, ranges }
     }
 }
 
@@ -143,29 +159,34 @@ fn prepare_weights(
     queue: Res<RenderQueue>,
 ) {
     let FittedDome { directions, coverage, world_from_dome, dim_share, .. } = dome.fitted;
-    let cube = dome.cube.and_then(|id| images.get(id).map(|image| (id, image))).filter(|_| directions > 0);
-    if let Some(made_for) = cube.map(|_| (coverage, directions))
-        && prepared.cells.as_ref().is_none_or(|cells| cells.made_for != made_for)
-    {
-        prepared.cells = Some(CellBuffers::new(coverage, directions, &device, &queue));
+    let sky = dome.sky.and_then(|sky| images.get(sky.cube).map(|image| (sky, image))).filter(|_| directions > 0);
+    let Some((sky, cube)) = sky.filter(|(_, image)| image.texture_descriptor.size.depth_or_array_layers == 6) else {
+        *prepared = PreparedWeights { cells: prepared.cells.take(), ..default() };
+        return;
+    };
+    let size = cube.texture_descriptor.size.width;
+    let made_for = CellKey { coverage, directions, edge: (size / 2).clamp(*CELL_EDGES.start(), *CELL_EDGES.end()) };
+    if prepared.cells.as_ref().is_none_or(|cells| cells.made_for != made_for) {
+        prepared.cells = Some(CellBuffers::new(made_for, &device, &queue));
     }
-    let made_from = cube.zip(prepared.cells.as_ref()).map(|((id, image), cells)| WeightsSources {
-        cube: (id, image.texture_view.id()),
-        world_from_dome,
-        coverage,
-        directions,
-        all_directions: cells.all_directions,
+    let Some(cells) = &prepared.cells else {
+        return;
+    };
+    let all_directions = cells.all_directions;
+    let made_from = Some(WeightsSources {
+        view: cube.texture_view.id(),
+        cube: sky.cube,
+        cube_from_dome: sky.cube_from_world * world_from_dome,
+        is_restless: cube.texture_descriptor.usage.contains(TextureUsages::STORAGE_BINDING) && !sky.is_measured,
+        made_for,
+        all_directions,
         dim_share,
     });
     if prepared.bind_group.is_some() && prepared.made_from == made_from {
         return;
     }
     (prepared.bind_group, prepared.made_from, prepared.weighed) = (None, made_from, None);
-    let (Some(textures), Some((_, cube)), Some(WeightsSources { all_directions, .. })) = (textures, cube, made_from)
-    else {
-        return;
-    };
-    let Some(weights) = buffers.get(&textures.weights) else {
+    let Some(weights) = textures.and_then(|textures| buffers.get(&textures.weights)) else {
         return;
     };
     let below = match coverage {
@@ -174,9 +195,10 @@ fn prepare_weights(
         DomeCoverage::Sphere => UVec2::new(0, directions / 2),
     };
     let mut uniform = UniformBuffer::from(WeightsUniform {
-        world_from_dome: Mat3::from_quat(world_from_dome),
+        cube_from_dome: Mat3::from_quat(sky.cube_from_world * world_from_dome),
         counts: UVec4::new(directions, all_directions, below.x, below.y),
         dim_share,
+        level: (size as f32 / (2 * made_for.edge) as f32).log2().max(0.0),
     });
     uniform.set_label(Some("mirrorball_shadows_weights_uniform"));
     uniform.write_buffer(&device, &queue);
@@ -213,8 +235,8 @@ fn weights_pass(
     let (Some(pipelines), Some(bind_group), Some(sources)) = (pipelines, &prepared.bind_group, prepared.made_from) else {
         return;
     };
-    let written = Some(writes.count(sources.cube.0));
-    if prepared.weighed == written {
+    let written = Some(writes.count(sources.cube));
+    if prepared.weighed == written && !sources.is_restless {
         return;
     }
     let (Some(weigh), Some(average), Some(rank)) = (

@@ -2,11 +2,13 @@
 
 /// Mirror of `WeightsUniform` in weights_pass.rs.
 struct Weights {
-    world_from_dome: mat3x3f,
+    cube_from_dome: mat3x3f,
     /// Directions with shadow maps, all directions, the first below the horizon and one past the last.
     counts: vec4u,
     /// Share of the light of the directions with shadow maps whose dimmest ones are left out.
     dim_share: f32,
+    /// Mip level of the cube to look at.
+    level: f32,
 }
 
 @group(0) @binding(0) var cube: texture_cube<f32>;
@@ -37,8 +39,8 @@ fn weigh_cells(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     let range = ranges[group.x];
     var sum = vec3f(0.0);
     for (var i = range.x + thread; i < range.y; i += THREADS) {
-        let dir = uniforms.world_from_dome * patches[i].xyz;
-        sum += textureSampleLevel(cube, cube_sampler, dir * vec3f(1.0, 1.0, -1.0), 0.0).rgb * patches[i].w;
+        let dir = uniforms.cube_from_dome * patches[i].xyz;
+        sum += textureSampleLevel(cube, cube_sampler, dir * vec3f(1.0, 1.0, -1.0), uniforms.level).rgb * patches[i].w;
     }
     partial[thread] = sum;
     let total = sum_of_all_threads(thread);
