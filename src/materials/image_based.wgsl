@@ -2,11 +2,12 @@
 
 #import bevy_pbr::{
     forward_io::{FragmentOutput, VertexOutput},
+    mesh_types::MESH_FLAGS_SHADOW_RECEIVER_BIT,
     pbr_fragment::pbr_input_from_standard_material,
     pbr_functions::{alpha_discard, apply_pbr_lighting, main_pass_post_lighting_processing},
     pbr_types::STANDARD_MATERIAL_FLAGS_UNLIT_BIT,
 }
-#import bevy_mirrorball::shadows::receive::virtual_ratio
+#import bevy_mirrorball::shadows::receive::{reflection_ratio, virtual_ratio}
 
 @fragment
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> FragmentOutput {
@@ -14,7 +15,11 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     pbr_input.material.base_color = alpha_discard(pbr_input.material, pbr_input.material.base_color);
     var color = pbr_input.material.base_color;
     if (pbr_input.material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) == 0u {
-        pbr_input.diffuse_occlusion *= virtual_ratio(in.position, in.world_position.xyz, pbr_input.N);
+        let is_receiver = (pbr_input.flags & MESH_FLAGS_SHADOW_RECEIVER_BIT) != 0u;
+        let ratio = select(vec3f(1.0), virtual_ratio(in.position, in.world_position.xyz, pbr_input.N), is_receiver);
+        pbr_input.diffuse_occlusion *= ratio;
+        pbr_input.specular_occlusion *=
+            reflection_ratio(ratio, dot(pbr_input.N, pbr_input.V), pbr_input.material.perceptual_roughness);
         color = apply_pbr_lighting(pbr_input);
     }
     return FragmentOutput(main_pass_post_lighting_processing(pbr_input, color));

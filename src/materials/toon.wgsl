@@ -103,7 +103,9 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     paper.material.metallic = 0.0;
     paper.material.perceptual_roughness = LAMBERT_ROUGHNESS;
     paper.material.reflectance = vec3f(0.0);
-    paper.diffuse_occlusion *= virtual_ratio(in.position, in.world_position.xyz, pbr_input.N);
+    let is_receiver = (pbr_input.flags & MESH_FLAGS_SHADOW_RECEIVER_BIT) != 0u;
+    let ratio = virtual_ratio(in.position, in.world_position.xyz, pbr_input.N);
+    paper.diffuse_occlusion *= select(vec3f(1.0), ratio, is_receiver);
     let arriving = luminance(light_at(paper, pbr_input.N));
 
     paper.diffuse_occlusion = vec3f(1.0);

@@ -12,10 +12,11 @@ const KEEP_FILL: f32 = 0.7;
 /// shadow maps keep their size.
 const RADIUS_STEP: f32 = 1.125;
 
-/// Unit directions on the hemisphere around +Y, each standing for the same solid angle 2π/count (Fibonacci lattice).
+/// Unit directions on the hemisphere around +Y, each standing for the same solid angle 2π/count (Fibonacci lattice). A single
+/// one points up.
 pub(super) fn hemisphere(count: u32) -> impl Iterator<Item = Vec3> {
     (0..count).map(move |i| {
-        let height = (i as f32 + 0.5) / count as f32;
+        let height = if count == 1 { 1.0 } else { (i as f32 + 0.5) / count as f32 };
         let (sin, cos) = (i as f32 * GOLDEN_ANGLE).sin_cos();
         let across = (1.0 - height * height).sqrt();
         Vec3::new(across * cos, height, across * sin)

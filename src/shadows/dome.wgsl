@@ -20,7 +20,8 @@ struct Dome {
     counts: vec4u,
     /// Width of a tile and radius of the filter in texels, tangent of a light's angular radius, solid angle of a direction.
     params: vec4f,
-    /// The camera whose visibility is in a texture: pixels across one of its samples (0 for no camera); the rest unused.
+    /// The camera whose visibility is in a texture: pixels across one of its samples (0 for no camera). Then 1 if reflections
+    /// are occluded, too; the rest unused.
     served: vec4u,
     /// That camera's matrix, without jitter.
     served_clip_from_world: mat4x4f,

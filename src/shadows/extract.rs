@@ -204,7 +204,7 @@ pub(super) fn write_views(
             fitted.filter.spread(),
             solid_angle,
         ),
-        served: UVec4::new(served.map_or(0, |_| fitted.sample_pixels), 0, 0, 0),
+        served: UVec4::new(served.map_or(0, |_| fitted.sample_pixels), fitted.occludes_reflections.into(), 0, 0),
         served_clip_from_world: served
             .map_or(Mat4::ZERO, |view| view.clip_from_view * view.world_from_view.to_matrix().inverse()),
         views: std::mem::take(&mut views.uniform.views),

@@ -73,8 +73,8 @@ use schedule::Schedule;
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[require(Transform, Visibility, DomeState)]
 pub struct ShadowDomeLight {
-    /// Number of directions with shadow maps, 1…1024 (clamped), spread evenly over what `coverage` says. One is a lamp
-    /// overhead (turn the entity to move it). Defaults to 64.
+    /// Number of directions with shadow maps, 1…1024 (clamped), spread evenly over what `coverage` says. A single one
+    /// points along the entity's +Y: the hand-placed light. Defaults to 64.
     pub directions: u32,
     /// Where the directions are. Defaults to the hemisphere above.
     pub coverage: DomeCoverage,
@@ -91,6 +91,9 @@ pub struct ShadowDomeLight {
     /// Share of the dome's light, 0…1, whose directions are taken as unobstructed without a look at their shadow maps: the
     /// dimmest ones. Defaults to 0.005.
     pub dim_share: f32,
+    /// Whether shadows also darken what virtual surfaces mirror of the environment, estimated from the diffuse light that
+    /// is missing. Defaults to `false`.
+    pub occludes_reflections: bool,
 }
 
 impl Default for ShadowDomeLight {
@@ -103,6 +106,7 @@ impl Default for ShadowDomeLight {
             samples: VisibilitySamples::default(),
             refreshed_per_frame: 16,
             dim_share: 0.005,
+            occludes_reflections: false,
         }
     }
 }
@@ -219,6 +223,7 @@ struct FittedDome {
     /// Pixels across a sample of the visibility pass; 0 without it.
     sample_pixels: u32,
     dim_share: f32,
+    occludes_reflections: bool,
     sphere: Option<BoundingSphere>,
     casters: Vec<Caster>,
 }
@@ -255,6 +260,7 @@ fn fit_dome(
         filter: dome.filter,
         sample_pixels: dome.samples.pixels(),
         dim_share: if dome.dim_share.is_finite() { dome.dim_share.clamp(0.0, 1.0) } else { 0.0 },
+        occludes_reflections: dome.occludes_reflections,
         sphere: BoundingSphere::around(&spheres).map(|sphere| sphere.or_keep(fitted.sphere)),
         casters,
     };

@@ -95,3 +95,13 @@ fn virtual_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec3f {
 #endif
     return virtual_visibility(pos_world, normal);
 }
+
+/// Factor on the image-based reflections of a virtual surface, 1 unless the dome occludes reflections: from the share of
+/// diffuse light, by how widely the surface gathers its reflections (Lagarde and de Rousiers 2014, *Moving Frostbite to
+/// Physically Based Rendering*, §4.10.2).
+fn reflection_ratio(ratio: vec3f, cos_view: f32, perceptual_roughness: f32) -> f32 {
+    let share = saturate(dot(ratio, vec3f(0.2126, 0.7152, 0.0722)));
+    let roughness = perceptual_roughness * perceptual_roughness;
+    let left = saturate(pow(max(cos_view, 0.0) + share, exp2(-16.0 * roughness - 1.0)) - 1.0 + share);
+    return mix(1.0, left, f32(dome.served.y));
+}
