@@ -91,7 +91,8 @@ impl Options {
                 Long("directions") => options.directions = list(&parser.value()?.string()?)?,
                 Long("peers") => {
                     let names = parser.value()?.string()?;
-                    let wanted = |peer: &Method| *peer == Method::None || names.split(',').any(|name| name == peer.name());
+                    let wanted =
+                        |peer: &Method| *peer == Method::None || names.split(',').any(|name| name == peer.name());
                     options.peers.retain(wanted);
                 }
                 Long("size") => {

@@ -105,7 +105,8 @@ fn a_cut_out_sheet_casts_the_shadow_of_what_is_left() {
         desk.add(sheet(width), place + x * Vec3::X, MeshMaterial3d(material));
         Some(desk.shoot())
     };
-    let (Some(whole), Some(half), Some(cut)) = (shot(0.16, 0.0, false), shot(0.08, -0.04, false), shot(0.16, 0.0, true))
+    let (Some(whole), Some(half), Some(cut)) =
+        (shot(0.16, 0.0, false), shot(0.08, -0.04, false), shot(0.16, 0.0, true))
     else {
         return;
     };

@@ -122,7 +122,9 @@ fn places(things: &[Thing]) -> Vec<Vec3> {
     let pixels = (0..SIZE.y).flat_map(|y| (0..SIZE.x).map(move |x| Vec2::new(x as f32 + 0.5, y as f32 + 0.5)));
     pixels
         .filter(|pixel| {
-            [-1.0, 0.0, 1.0].iter().all(|dx| [-1.0, 0.0, 1.0].iter().all(|dy| is_seen(place(pixel.x + dx, pixel.y + dy))))
+            [-1.0, 0.0, 1.0]
+                .iter()
+                .all(|dx| [-1.0, 0.0, 1.0].iter().all(|dy| is_seen(place(pixel.x + dx, pixel.y + dy))))
         })
         .map(|pixel| place(pixel.x, pixel.y))
         .collect()
@@ -235,8 +237,10 @@ fn a_dome_all_around_shadows_like_one_above() {
 fn cube(light: impl Fn(Vec3) -> Vec3) -> Image {
     let size = UVec2::new(256, 128);
     let pixels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| Vec2::new(x as f32 + 0.5, y as f32 + 0.5)));
-    let picture =
-        EquirectPixels { size, texels: pixels.map(|pixel| light(equirect_direction(pixel / size.as_vec2()))).collect() };
+    let picture = EquirectPixels {
+        size,
+        texels: pixels.map(|pixel| light(equirect_direction(pixel / size.as_vec2()))).collect(),
+    };
     picture.to_cube(64, Quat::IDENTITY).to_image()
 }
 

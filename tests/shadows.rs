@@ -4,9 +4,9 @@ mod desk;
 mod gpu;
 
 use bevy::{
+    camera::Hdr,
     core_pipeline::prepass::{DepthPrepass, NormalPrepass},
     prelude::*,
-    camera::Hdr,
 };
 use bevy_mirrorball::{materials::ImageBasedMaterial, prelude::*, shadows::VisibilitySamples};
 use desk::{Desk, Shot, desk_picture};

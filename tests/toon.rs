@@ -314,7 +314,7 @@ fn styles_change_at_run_time_and_leave_nothing_behind() {
     let style = SurfaceStyle::Toon(default());
     let Some(mut studio) = Studio::new(style) else { return };
     studio.add_lamp(Vec3::new(0.8, 0.5, 0.3), 0.8);
-    studio.app.world_mut().spawn(ShadowDomeLight { directions: 4, resolution: 32 });
+    studio.app.world_mut().spawn(ShadowDomeLight { directions: 4, resolution: 32, ..default() });
     let toon = studio.shoot();
     assert_eq!(studio.count::<MeshMaterial3d<OutlineMaterial>>(), 1);
     studio.set_style(SurfaceStyle::ImageBased);

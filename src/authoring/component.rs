@@ -153,7 +153,9 @@ impl FromExtras for ShadowDomeLight {
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         let default = Self::default();
         Some(Self {
-            directions: fields.optional("directions", Whole { least: 1, most: Self::MAX_DIRECTIONS }).unwrap_or(default.directions),
+            directions: fields
+                .optional("directions", Whole { least: 1, most: Self::MAX_DIRECTIONS })
+                .unwrap_or(default.directions),
             resolution: fields.optional("resolution", Whole { least: 32, most: 1024 }).unwrap_or(default.resolution),
             ..default
         })

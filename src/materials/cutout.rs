@@ -11,7 +11,8 @@ type Dress = (
     Option<&'static Dressed<ToonShaded>>,
     Option<&'static Cutout>,
 );
-type NewDress = Or<(Changed<MeshMaterial3d<StandardMaterial>>, Added<Dressed<DomeShadowed>>, Added<Dressed<ToonShaded>>)>;
+type NewDress =
+    Or<(Changed<MeshMaterial3d<StandardMaterial>>, Added<Dressed<DomeShadowed>>, Added<Dressed<ToonShaded>>)>;
 
 pub(super) fn mark_cutouts(
     mut commands: Commands,

@@ -118,11 +118,8 @@ pub(super) fn follow_camera(
     });
     let (frame, frame_uv_from_view_uv) = source.unzip();
     let frame_uv_from_view_uv = frame_uv_from_view_uv.unwrap_or(NO_FRAME);
-    let sources = PhantomSources {
-        frame: frame.as_ref().map(Handle::id),
-        frame_uv_from_view_uv,
-        textures: textures.identity(),
-    };
+    let sources =
+        PhantomSources { frame: frame.as_ref().map(Handle::id), frame_uv_from_view_uv, textures: textures.identity() };
     if shared.made_from.as_ref() == Some(&sources) {
         return;
     }

@@ -19,14 +19,8 @@ pub(super) fn visibility_image(size: UVec2) -> Image {
     image
 }
 
-type CameraItem = (
-    Entity,
-    &'static Camera,
-    Has<ArCamera>,
-    Option<&'static ServedByDome>,
-    Has<DepthPrepass>,
-    Has<NormalPrepass>,
-);
+type CameraItem =
+    (Entity, &'static Camera, Has<ArCamera>, Option<&'static ServedByDome>, Has<DepthPrepass>, Has<NormalPrepass>);
 
 /// Chooses the camera: the first active one that shows the real world, else the first active one.
 pub(super) fn serve_camera(

@@ -168,15 +168,18 @@ impl Casters<'_, '_> {
         if transforms.len() != skin.joints.len() || bind_poses.len() < transforms.len() {
             return (vec![], None);
         }
-        let matrices: Vec<Mat4> = transforms.iter().zip(bind_poses.iter()).map(|(joint, bind)| *joint * *bind).collect();
+        let matrices: Vec<Mat4> =
+            transforms.iter().zip(bind_poses.iter()).map(|(joint, bind)| *joint * *bind).collect();
         let at_rest: Vec<Vec3> = bind_poses.iter().map(|bind| bind.inverse().w_axis.truncate()).collect();
         let reach = (0..8).map(|corner| {
-            let side = Vec3A::select(BVec3A::new(corner & 1 > 0, corner & 2 > 0, corner & 4 > 0), Vec3A::ONE, Vec3A::NEG_ONE);
+            let side =
+                Vec3A::select(BVec3A::new(corner & 1 > 0, corner & 2 > 0, corner & 4 > 0), Vec3A::ONE, Vec3A::NEG_ONE);
             let corner = Vec3::from(rest.center + side * rest.half_extents);
             at_rest.iter().map(|joint| joint.distance(corner)).fold(f32::MAX, f32::min)
         });
         let reach = reach.fold(0.0, f32::max);
-        let scale = |matrix: &Mat4| Mat3::from_mat4(*matrix).to_cols_array_2d().map(|c| Vec3::from(c).length()).into_iter();
+        let scale =
+            |matrix: &Mat4| Mat3::from_mat4(*matrix).to_cols_array_2d().map(|c| Vec3::from(c).length()).into_iter();
         let spheres: Vec<_> = transforms
             .iter()
             .zip(&matrices)
@@ -192,8 +195,7 @@ impl Casters<'_, '_> {
 /// Longest displacement of each morph target of a mesh whose data is on the CPU.
 fn morph_reach(mesh: Option<&Mesh>) -> Vec<f32> {
     // A mesh that is only on the GPU has no data to look at.
-    let Some((targets, vertices)) =
-        mesh.and_then(|mesh| Some((mesh.try_morph_targets().ok()?, mesh.count_vertices())))
+    let Some((targets, vertices)) = mesh.and_then(|mesh| Some((mesh.try_morph_targets().ok()?, mesh.count_vertices())))
     else {
         return vec![];
     };

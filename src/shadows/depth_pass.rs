@@ -18,9 +18,11 @@ use bevy::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedRenderPipelineId,
             CompareFunction, DepthStencilState, FragmentState, LoadOp, Operations, PipelineCache, PrimitiveState,
-            RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPipelineDescriptor, SamplerBindingType, ShaderSize, ShaderStages, ShaderType,
-            SpecializedMeshPipeline, SpecializedMeshPipelineError, SpecializedMeshPipelines, StorageBuffer, StoreOp,
-            TextureFormat, TextureSampleType, VertexState, binding_types::{sampler, storage_buffer_read_only_sized, texture_2d}, encase::internal::WriteInto,
+            RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPipelineDescriptor, SamplerBindingType,
+            ShaderSize, ShaderStages, ShaderType, SpecializedMeshPipeline, SpecializedMeshPipelineError,
+            SpecializedMeshPipelines, StorageBuffer, StoreOp, TextureFormat, TextureSampleType, VertexState,
+            binding_types::{sampler, storage_buffer_read_only_sized, texture_2d},
+            encase::internal::WriteInto,
         },
         renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
         storage::GpuShaderBuffer,
@@ -93,10 +95,7 @@ fn init_depth_pipeline(mut commands: Commands, asset_server: Res<AssetServer>, p
     let buffer = || storage_buffer_read_only_sized(false, None);
     let layout = BindGroupLayoutDescriptor::new(
         "mirrorball_shadows_depth_layout",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::VERTEX,
-            (buffer(), buffer(), buffer(), buffer(), buffer()),
-        ),
+        &BindGroupLayoutEntries::sequential(ShaderStages::VERTEX, (buffer(), buffer(), buffer(), buffer(), buffer())),
     );
     let morph_layout = BindGroupLayoutDescriptor::new(
         "mirrorball_shadows_depth_morph_layout",
@@ -201,7 +200,13 @@ struct CasterBuffers {
 
 impl CasterBuffers {
     /// Adds a caster; `vertices` and `displacements` are the places of its mesh in Bevy's buffers.
-    fn push(&mut self, caster: &Caster, kind: CasterKind, vertices: Range<u32>, displacements: Option<Range<u32>>) -> u32 {
+    fn push(
+        &mut self,
+        caster: &Caster,
+        kind: CasterKind,
+        vertices: Range<u32>,
+        displacements: Option<Range<u32>>,
+    ) -> u32 {
         let uv = caster.cutout.as_ref().map_or(Mat3::IDENTITY, |cutout| cutout.uv_transform.into()).transpose();
         self.casters.push(CasterUniform {
             world_from_local: caster.world_from_local,
@@ -278,7 +283,8 @@ pub(super) fn prepare_depth(
             continue;
         }
         let has = |attribute: MeshVertexAttribute| mesh.layout.0.contains(attribute);
-        let displacements = allocator.mesh_morph_target_slice(&caster.mesh).filter(|_| !caster.morph_weights.is_empty());
+        let displacements =
+            allocator.mesh_morph_target_slice(&caster.mesh).filter(|_| !caster.morph_weights.is_empty());
         let cutout = caster.cutout.as_ref().and_then(|cutout| {
             let uv = if cutout.uses_second_uv { Mesh::ATTRIBUTE_UV_1 } else { Mesh::ATTRIBUTE_UV_0 };
             has(uv).then_some(cutout)

@@ -1,6 +1,6 @@
 // Draws casters into the tiles of several directions at once: an instance is a caster seen from one direction.
 
-#import bevy_mirrorball::shadows::dome::{Dome, atlas_uv, view_position}
+#import bevy_mirrorball::shadows::dome::{Dome, atlas_uv, tile_position, unpack_axes}
 
 /// Mirror of `CasterUniform` in depth_pass.rs.
 struct Caster {
@@ -89,7 +89,9 @@ fn vertex(in: Vertex) -> Varyings {
     let world_from_local = caster.world_from_local;
 #endif
     let pos_world = world_from_local * vec4f(position, 1.0);
-    let pos = view_position(dome.views[direction], pos_world.xyz);
+    let view = dome.views[direction];
+    let axes = unpack_axes(view.axes_low, view.axes_mid, view.axes_high);
+    let pos = tile_position(axes, view.scale, pos_world.xyz - view.center);
     var out: Varyings;
     out.position = clip_position(caster.kind * dome.counts.x + direction, pos);
     out.pos_tile = pos.xy;

@@ -2,16 +2,25 @@
 
 #define_import_path bevy_mirrorball::shadows::dome
 
-/// Mirror of `ViewUniform` in extract.rs. Each row maps a world position (metres): dot(row.xyz, pos) + row.w.
+/// Mirror of `ViewUniform` in extract.rs. Packed: every invocation reads one per direction.
 struct DomeView {
-    /// -1…1 across the tile, to the right.
-    right: vec4f,
-    /// -1…1 across the tile, upwards.
-    up: vec4f,
-    /// 0…1, larger is nearer to the light.
-    depth: vec4f,
-    /// Unit vector towards the light; w the size of a shadow map texel in metres.
-    direction: vec4f,
+    /// Unit vectors to the right and upwards across the tile, six components as signed 16-bit fractions. The direction
+    /// towards the light is their cross product.
+    axes_low: u32,
+    axes_mid: u32,
+    axes_high: u32,
+    /// 1 ÷ half the width of the tile's view, in metres.
+    scale: f32,
+    /// Where the view looks at, in the world.
+    center: vec3f,
+}
+
+/// Unit vectors of a view.
+struct Axes {
+    right: vec3f,
+    up: vec3f,
+    /// Towards the light.
+    direction: vec3f,
 }
 
 /// Mirror of `DomeUniform` in extract.rs.
@@ -21,20 +30,45 @@ struct Dome {
     /// Width of a tile and radius of the filter in texels, tangent of a light's angular radius, solid angle of a direction.
     params: vec4f,
     /// The camera whose visibility is in a texture: pixels across one of its samples (0 for no camera). Then 1 if reflections
-    /// are occluded, too; the rest unused.
+    /// are occluded, too. Then whether there are virtual casters (1) and phantoms (2) in the atlas.
     served: vec4u,
     /// That camera's matrix, without jitter.
     served_clip_from_world: mat4x4f,
     views: array<DomeView>,
 }
 
-/// Position in a view's tile: xy -1…1 (+y up), z depth.
-fn view_position(view: DomeView, pos_world: vec3f) -> vec3f {
-    return vec3f(
-        dot(view.right.xyz, pos_world) + view.right.w,
-        dot(view.up.xyz, pos_world) + view.up.w,
-        dot(view.depth.xyz, pos_world) + view.depth.w,
-    );
+/// One direction's light, packed; see weights_pass.wgsl.
+struct DomeWeight {
+    /// Radiance × solid angle: red and green, then blue, as 16-bit floats.
+    rg: u32,
+    b: u32,
+    /// The direction with shadow maps that comes at this place when they are ordered by their light. Behind the last
+    /// direction: how many of them are worth a look.
+    ranked: u32,
+}
+
+fn unpack_light(weight: DomeWeight) -> vec3f {
+    return vec3f(unpack2x16float(weight.rg), unpack2x16float(weight.b).x);
+}
+
+fn pack_light(light: vec3f, ranked: u32) -> DomeWeight {
+    let stored = min(light, vec3f(65504.0));
+    return DomeWeight(pack2x16float(stored.rg), pack2x16float(vec2f(stored.b, 0.0)), ranked);
+}
+
+fn unpack_axes(axes_low: u32, axes_mid: u32, axes_high: u32) -> Axes {
+    let a = unpack2x16snorm(axes_low);
+    let b = unpack2x16snorm(axes_mid);
+    let c = unpack2x16snorm(axes_high);
+    let right = vec3f(a, b.x);
+    let up = vec3f(b.y, c);
+    return Axes(right, up, cross(right, up));
+}
+
+/// Position in a view's tile of a place relative to the view's center: xy -1…1 (+y up), z 0…1, larger nearer to the light.
+fn tile_position(axes: Axes, scale: f32, offset: vec3f) -> vec3f {
+    let pos = vec3f(dot(axes.right, offset), dot(axes.up, offset), dot(axes.direction, offset)) * scale;
+    return vec3f(pos.xy, pos.z * 0.5 + 0.5);
 }
 
 /// Texture coordinates in the atlas of a tile position.

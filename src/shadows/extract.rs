@@ -75,7 +75,8 @@ fn extract_dome(
         extracted.fitted.clone_from(&fitted);
     }
     extracted.pending.extend(&refreshing.chosen);
-    let measured = cubes.iter().next().map(|cube| Sky { cube: cube.0.id(), cube_from_world: Quat::IDENTITY, is_measured: true });
+    let measured =
+        cubes.iter().next().map(|cube| Sky { cube: cube.0.id(), cube_from_world: Quat::IDENTITY, is_measured: true });
     extracted.sky = measured.or_else(|| {
         let (map, _) = maps.iter().max_by_key(|(_, is_served)| *is_served)?;
         Some(Sky { cube: map.specular_map.id(), cube_from_world: map.rotation.inverse(), is_measured: false })
@@ -85,10 +86,11 @@ fn extract_dome(
 /// Mirror of `DomeView` in dome.wgsl.
 #[derive(ShaderType, Clone, Copy)]
 struct ViewUniform {
-    right: Vec4,
-    up: Vec4,
-    depth: Vec4,
-    direction: Vec4,
+    axes_low: u32,
+    axes_mid: u32,
+    axes_high: u32,
+    scale: f32,
+    center: Vec3,
 }
 
 /// Mirror of `Dome` in dome.wgsl.
@@ -105,31 +107,54 @@ struct DomeUniform {
 /// Least share of a tile's half width kept free around the casters, so that filters do not read the neighbor's.
 const GUTTER: f32 = 2.0 / 32.0;
 
-impl ViewUniform {
-    /// A view that sees no place.
-    fn blank(direction: Vec3) -> Self {
-        Self { right: Vec4::new(0.0, 0.0, 0.0, 2.0), up: Vec4::ZERO, depth: Vec4::ZERO, direction: direction.extend(0.0) }
-    }
+/// So far away is the center of a view that sees no place.
+const NOWHERE: Vec3 = Vec3::splat(1e12);
 
-    fn new(direction: Vec3, sphere: BoundingSphere, half_width: f32, texel: f32) -> Self {
-        let (right, up) = direction.any_orthonormal_pair();
-        // Whole texels, so that what does not move is drawn alike from every sphere of this size.
-        let snapped = |axis: Vec3| (axis.dot(sphere.center) / texel).round() * texel;
-        let row = |axis: Vec3| (axis / half_width).extend(-snapped(axis) / half_width);
-        let depth = 0.5 / half_width;
+impl ViewUniform {
+    fn new(direction: Vec3, center: Vec3, scale: f32) -> Self {
+        let (right, up) = axes(direction);
         Self {
-            right: row(right),
-            up: row(up),
-            depth: (direction * depth).extend(0.5 - direction.dot(sphere.center) * depth),
-            direction: direction.extend(texel),
+            axes_low: snorms(right.x, right.y),
+            axes_mid: snorms(right.z, up.x),
+            axes_high: snorms(up.y, up.z),
+            scale,
+            center,
         }
     }
+
+    /// A view that sees no place.
+    fn blank(direction: Vec3) -> Self {
+        Self::new(direction, NOWHERE, 1.0)
+    }
+
+    /// A view of a sphere in a tile of a resolution.
+    fn around(direction: Vec3, sphere: BoundingSphere, half_width: f32, resolution: f32) -> Self {
+        // Whole texels, so that what does not move is drawn alike from every sphere of this size.
+        let texel = 2.0 * half_width / resolution;
+        let to_texel =
+            |axis: Vec3| axis * ((axis.dot(sphere.center) / texel).round() * texel - axis.dot(sphere.center));
+        let (right, up) = axes(direction);
+        Self::new(direction, sphere.center + to_texel(right) + to_texel(up), 1.0 / half_width)
+    }
+}
+
+/// Two unit vectors whose cross product is a direction.
+fn axes(direction: Vec3) -> (Vec3, Vec3) {
+    let (right, up) = direction.any_orthonormal_pair();
+    if right.cross(up).dot(direction) > 0.0 { (right, up) } else { (up, right) }
+}
+
+/// Two signed fractions of 16 bits, as `unpack2x16snorm` reads them.
+fn snorms(low: f32, high: f32) -> u32 {
+    let snorm = |value: f32| u32::from((value.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
+    snorm(low) | snorm(high) << 16
 }
 
 /// The views as their shadow maps were drawn; those drawn at different times may have different spheres.
 #[derive(Resource, Default)]
 pub(super) struct DomeViews {
     uniform: DomeUniform,
+    directions: Vec<Vec3>,
     made_for: Option<(u32, DomeCoverage, Quat)>,
     is_written: bool,
 }
@@ -143,8 +168,8 @@ impl DomeViews {
         }
         self.made_for = made_for;
         let directions = dome::all_directions(fitted.coverage, fitted.directions);
-        self.uniform.views =
-            directions.into_iter().map(|direction| ViewUniform::blank(fitted.world_from_dome * direction)).collect();
+        self.directions = directions.into_iter().map(|direction| fitted.world_from_dome * direction).collect();
+        self.uniform.views = self.directions.iter().map(|direction| ViewUniform::blank(*direction)).collect();
         // An array without elements has no layout.
         if self.uniform.views.is_empty() {
             self.uniform.views.push(ViewUniform::blank(Vec3::Y));
@@ -157,13 +182,13 @@ impl DomeViews {
         let resolution = layout.resolution as f32;
         let gutter = GUTTER.max(2.0 * (fitted.filter.radius() as f32 + 2.0) / resolution);
         for &index in directions {
-            let Some(view) = self.uniform.views.get_mut(index as usize) else {
+            let (Some(view), Some(&direction)) =
+                (self.uniform.views.get_mut(index as usize), self.directions.get(index as usize))
+            else {
                 continue;
             };
-            let direction = view.direction.truncate();
             *view = fitted.sphere.map_or(ViewUniform::blank(direction), |sphere| {
-                let half_width = sphere.radius * (1.0 + gutter);
-                ViewUniform::new(direction, sphere, half_width, 2.0 * half_width / resolution)
+                ViewUniform::around(direction, sphere, sphere.radius * (1.0 + gutter), resolution)
             });
         }
         self.is_written &= directions.is_empty();
@@ -196,15 +221,13 @@ pub(super) fn write_views(
     let all = if shadowed > 0 { views.uniform.views.len() as u32 } else { 0 };
     let solid_angle = dome::solid_angle(fitted.coverage, fitted.directions);
     let served = served.iter().next().map(|(view, _)| view);
+    let casts = |is_phantom: bool| fitted.casters.iter().any(|caster| caster.is_phantom == is_phantom);
+    // Shadows of what has gone stay until all shadow maps are drawn anew.
+    let casters = if dome.pending.is_empty() { u32::from(casts(false)) | u32::from(casts(true)) << 1 } else { 3 };
     let header = DomeUniform {
         counts: UVec4::new(shadowed, all, layout.columns, layout.rows),
-        params: Vec4::new(
-            layout.resolution as f32,
-            fitted.filter.radius() as f32,
-            fitted.filter.spread(),
-            solid_angle,
-        ),
-        served: UVec4::new(served.map_or(0, |_| fitted.sample_pixels), fitted.occludes_reflections.into(), 0, 0),
+        params: Vec4::new(layout.resolution as f32, fitted.filter.radius() as f32, fitted.filter.spread(), solid_angle),
+        served: UVec4::new(served.map_or(0, |_| fitted.sample_pixels), fitted.occludes_reflections.into(), casters, 0),
         served_clip_from_world: served
             .map_or(Mat4::ZERO, |view| view.clip_from_view * view.world_from_view.to_matrix().inverse()),
         views: std::mem::take(&mut views.uniform.views),

@@ -298,7 +298,7 @@ fn read_energies(
         }
     } else if refreshing.readback.is_none() && is_needed {
         *asked = fitted.directions;
-        let size = 16 * u64::from(fitted.directions);
+        let size = WEIGHT_BYTES as u64 * u64::from(fitted.directions);
         let readback = commands
             .spawn(Readback::buffer_range(textures.weights.clone(), 0, size))
             .observe(|answer: On<ReadbackComplete>, mut refreshing: ResMut<Refreshing>| {
@@ -309,11 +309,14 @@ fn read_energies(
     }
 }
 
-/// Luminance of the colors in a buffer of four floats each.
+/// Bytes of `DomeWeight` in dome.wgsl.
+const WEIGHT_BYTES: usize = 12;
+
+/// Luminance of the light in a buffer of weights.
 fn luminances(bytes: &[u8]) -> Vec<f32> {
-    let float = |bytes: &[u8]| bytes.try_into().map_or(0.0, f32::from_le_bytes);
-    let luminance = |color: &[u8]| {
-        0.2126 * float(&color[..4]) + 0.7152 * float(&color[4..8]) + 0.0722 * float(&color[8..12])
+    let luminance = |weight: &[u8]| {
+        let half = |at: usize| half::f16::from_le_bytes([weight[at], weight[at + 1]]).to_f32();
+        0.2126 * half(0) + 0.7152 * half(2) + 0.0722 * half(4)
     };
-    bytes.chunks_exact(16).map(luminance).collect()
+    bytes.chunks_exact(WEIGHT_BYTES).map(luminance).collect()
 }

@@ -97,9 +97,8 @@ impl Schedule {
     /// older than eight frames, then up to `budget` by energy × age × movement. What was never drawn is drawn at once.
     pub(super) fn choose(&mut self, budget: u32, energies: &[f32]) -> (Vec<u32>, Ages) {
         let main = self.main_directions(energies);
-        let mut chosen: Vec<usize> = (0..self.directions.len())
-            .filter(|&i| self.directions[i].movement == f32::MAX)
-            .collect();
+        let mut chosen: Vec<usize> =
+            (0..self.directions.len()).filter(|&i| self.directions[i].movement == f32::MAX).collect();
         if chosen.is_empty() {
             let mut waiting: Vec<usize> = main.iter().copied().filter(|&i| self.directions[i].age > 0).collect();
             waiting.sort_by_key(|&i| std::cmp::Reverse(self.directions[i].age));

@@ -1,6 +1,6 @@
 //! The depth atlas and the buffers that materials read.
 
-use super::{FilterKind, ShadowDomeLight, camera::visibility_image};
+use super::{FilterKind, ShadowDomeLight, WEIGHT_BYTES, camera::visibility_image};
 use bevy::{
     asset::RenderAssetUsages,
     image::{ImageCompareFunction, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
@@ -27,8 +27,8 @@ pub struct DomeTextures {
     pub atlas: Handle<Image>,
     /// The views of all directions (`Dome` in dome.wgsl).
     pub views: Handle<ShaderBuffer>,
-    /// Radiance × solid angle of every direction in linear camera units: those with shadow maps, those without, then `L_p`.
-    /// The fourth component ranks the directions with shadow maps by what they give, and says how many are worth a look.
+    /// Radiance × solid angle of every direction in linear camera units (`DomeWeight` in dome.wgsl): those with shadow maps,
+    /// those without, then `L_p`.
     pub weights: Handle<ShaderBuffer>,
     /// What the visibility pass has seen: red, green and blue share of the light that arrives, and 1.
     pub visibility: Handle<Image>,
@@ -53,8 +53,8 @@ impl FromWorld for DomeTextures {
         };
         Self {
             atlas,
-            views: buffer(VIEWS_HEADER + 64 * most),
-            weights: buffer(16 * (most + 1)),
+            views: buffer(VIEWS_HEADER + 32 * most),
+            weights: buffer(WEIGHT_BYTES * (most + 1)),
             visibility,
             visibility_size,
             filter: FilterKind::default(),

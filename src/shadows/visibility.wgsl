@@ -5,12 +5,12 @@
 
 #define_import_path bevy_mirrorball::shadows::visibility
 
-#import bevy_mirrorball::shadows::dome::{Dome, DomeView, atlas_uv, view_position}
+#import bevy_mirrorball::shadows::dome::{Axes, Dome, DomeWeight, atlas_uv, tile_position, unpack_axes, unpack_light}
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(100) var atlas: texture_depth_2d;
 @group(#{MATERIAL_BIND_GROUP}) @binding(101) var atlas_sampler: sampler_comparison;
 @group(#{MATERIAL_BIND_GROUP}) @binding(102) var<storage, read> dome: Dome;
-@group(#{MATERIAL_BIND_GROUP}) @binding(103) var<storage, read> weights: array<vec4f>;
+@group(#{MATERIAL_BIND_GROUP}) @binding(103) var<storage, read> weights: array<DomeWeight>;
 
 const VIRTUAL_CASTERS: u32 = 0u;
 const PHANTOM_CASTERS: u32 = 1u;
@@ -26,7 +26,7 @@ const BLOCKER_SAMPLES: i32 = 5;
 const PENUMBRA_SAMPLES: i32 = 7;
 
 /// Share of a direction's light that reaches a position in a tile (-1…1, depth).
-fn compare(tile: u32, view: DomeView, pos: vec3f) -> f32 {
+fn compare(tile: u32, pos: vec3f) -> f32 {
     let depth = clamp(pos.z, 0.0, 1.0);
     let tile_uv = 1.0 / vec2f(dome.counts.zw);
     let texel = tile_uv / dome.params.x;
@@ -52,7 +52,7 @@ fn compare(tile: u32, view: DomeView, pos: vec3f) -> f32 {
     let width = 2.0 * dome.params.y + 1.0;
     return sum / (width * width);
 #else ifdef FILTER_PCSS
-    return percentage_closer_soft_shadow(tile, view, depth, center, texel);
+    return percentage_closer_soft_shadow(tile, depth, center, texel);
 #else
     return textureSampleCompareLevel(atlas, atlas_sampler, center, depth);
 #endif
@@ -61,7 +61,7 @@ fn compare(tile: u32, view: DomeView, pos: vec3f) -> f32 {
 #ifdef FILTER_PCSS
 /// Percentage-closer soft shadow (Fernando 2005) of a light at infinity: the penumbra is as wide as the receiver is away from
 /// the mean blocker, times twice the tangent of the light's angular radius.
-fn percentage_closer_soft_shadow(tile: u32, view: DomeView, depth: f32, center: vec2f, texel: vec2f) -> f32 {
+fn percentage_closer_soft_shadow(tile: u32, depth: f32, center: vec2f, texel: vec2f) -> f32 {
     let tile_uv = 1.0 / vec2f(dome.counts.zw);
     let corner = vec2f(vec2u(tile % dome.counts.z, tile / dome.counts.z)) * tile_uv;
     let low = corner + 0.5 * texel;
@@ -99,37 +99,74 @@ fn percentage_closer_soft_shadow(tile: u32, view: DomeView, depth: f32, center: 
 }
 #endif
 
-/// 1 where casters of a kind let the light of a direction through, 0 where they block it.
-fn visibility(casters: u32, index: u32, pos_world: vec3f) -> f32 {
-    let view = dome.views[index];
-    let pos = view_position(view, pos_world);
-    if any(abs(pos.xy) > vec2f(1.0)) {
-        return 1.0;
-    }
-    return compare(casters * dome.counts.x + index, view, pos);
+/// A direction as a surface sees it.
+struct Aim {
+    index: u32,
+    axes: Axes,
+    scale: f32,
+    /// Between the normal and the direction.
+    cos_angle: f32,
+    /// The surface's place in the tile.
+    pos: vec3f,
 }
 
-/// Position above a surface from which the surface does not shadow itself, for light from a direction.
-fn above_surface(pos_world: vec3f, normal: vec3f, index: u32, cos_angle: f32) -> vec3f {
-    let sin_angle = sqrt(max(1.0 - cos_angle * cos_angle, 0.0));
-    let texels = SELF_SHADOW_OFFSET + dome.params.y;
-    return pos_world + normal * (texels * dome.views[index].direction.w * (0.2 + 0.8 * sin_angle));
+fn has_casters(kind: u32) -> bool {
+    return (dome.served.z & (1u << kind)) != 0u;
+}
+
+/// The view of a direction, and where in it a surface that faces it lies.
+fn aim(index: u32, axes: Axes, cos_angle: f32, pos_world: vec3f) -> Aim {
+    let scale = dome.views[index].scale;
+    let pos = tile_position(axes, scale, pos_world - dome.views[index].center);
+    return Aim(index, axes, scale, cos_angle, pos);
+}
+
+fn axes_of(index: u32) -> Axes {
+    return unpack_axes(dome.views[index].axes_low, dome.views[index].axes_mid, dome.views[index].axes_high);
+}
+
+/// 1 where casters of a kind let the light of a direction through, 0 where they block it.
+fn visibility(kind: u32, index: u32, pos: vec3f) -> f32 {
+    if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
+        return 1.0;
+    }
+    return compare(kind * dome.counts.x + index, pos);
+}
+
+/// Tile position above a surface from which the surface does not shadow itself.
+fn above_surface(aim: Aim, normal: vec3f) -> vec3f {
+    let sin_angle = sqrt(max(1.0 - aim.cos_angle * aim.cos_angle, 0.0));
+    // Half the tile's texels are one unit wide.
+    let units = (SELF_SHADOW_OFFSET + dome.params.y) * 2.0 / dome.params.x * (0.2 + 0.8 * sin_angle);
+    let across = vec2f(dot(aim.axes.right, normal), dot(aim.axes.up, normal));
+    return aim.pos + vec3f(across, 0.5 * aim.cos_angle) * units;
 }
 
 /// The directions worth a look at their shadow maps come first: how many, and which is the one at a rank.
 fn bright_directions() -> u32 {
-    return min(u32(weights[dome.counts.y].w), dome.counts.x);
+    return min(weights[dome.counts.y].ranked, dome.counts.x);
 }
 
 fn direction_at(rank: u32) -> u32 {
-    return select(rank, u32(weights[rank].w), rank < dome.counts.x);
+    if rank < dome.counts.x {
+        return weights[rank].ranked;
+    }
+    return rank;
 }
 
 fn is_in_virtual_shadow(pos_world: vec3f, normal: vec3f) -> bool {
+    if !has_casters(VIRTUAL_CASTERS) {
+        return false;
+    }
     let bright = bright_directions();
     for (var rank = 0u; rank < bright; rank++) {
-        let i = direction_at(rank);
-        if dot(normal, dome.views[i].direction.xyz) > 0.0 && visibility(VIRTUAL_CASTERS, i, pos_world) < FULLY_VISIBLE {
+        let index = direction_at(rank);
+        let axes = axes_of(index);
+        if dot(normal, axes.direction) <= 0.0 {
+            continue;
+        }
+        let seen = aim(index, axes, 0.0, pos_world);
+        if visibility(VIRTUAL_CASTERS, index, seen.pos) < FULLY_VISIBLE {
             return true;
         }
     }
@@ -146,45 +183,49 @@ fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     var before = vec3f(0.0);
     var after = vec3f(0.0);
     for (var rank = 0u; rank < dome.counts.y; rank++) {
-        let i = direction_at(rank);
-        let cos_angle = dot(normal, dome.views[i].direction.xyz);
+        let index = direction_at(rank);
+        let axes = axes_of(index);
+        let cos_angle = dot(normal, axes.direction);
         if cos_angle <= 0.0 {
             continue;
         }
-        let light = weights[i].rgb * cos_angle;
+        let light = unpack_light(weights[index]) * cos_angle;
         open_sky += light;
         if rank >= bright {
             before += light;
             after += light;
             continue;
         }
-        let real = light * visibility(PHANTOM_CASTERS, i, above_surface(pos_world, normal, i, cos_angle));
+        let seen = aim(index, axes, cos_angle, pos_world);
+        let real = light * visibility(PHANTOM_CASTERS, index, above_surface(seen, normal));
         before += real;
-        after += real * visibility(VIRTUAL_CASTERS, i, pos_world);
+        after += real * visibility(VIRTUAL_CASTERS, index, seen.pos);
     }
     return select(vec3f(1.0), after / max(before, vec3f(1e-20)), before > LEAST_LIGHT * open_sky);
 }
 
 /// Factor on the diffuse image-based light of a virtual surface.
 fn virtual_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
-    let phantom_light = weights[dome.counts.y].rgb * dome.params.w;
+    let phantom_light = unpack_light(weights[dome.counts.y]) * dome.params.w;
     let bright = bright_directions();
     var open_sky = vec3f(0.0);
     var arriving = vec3f(0.0);
     for (var rank = 0u; rank < dome.counts.y; rank++) {
-        let i = direction_at(rank);
-        let cos_angle = dot(normal, dome.views[i].direction.xyz);
+        let index = direction_at(rank);
+        let axes = axes_of(index);
+        let cos_angle = dot(normal, axes.direction);
         if cos_angle <= 0.0 {
             continue;
         }
-        let light = weights[i].rgb;
+        let light = unpack_light(weights[index]);
         open_sky += light * cos_angle;
         if rank >= bright {
             arriving += light * cos_angle;
             continue;
         }
-        let past_phantoms = visibility(PHANTOM_CASTERS, i, pos_world);
-        let past_virtual = visibility(VIRTUAL_CASTERS, i, above_surface(pos_world, normal, i, cos_angle));
+        let seen = aim(index, axes, cos_angle, pos_world);
+        let past_phantoms = visibility(PHANTOM_CASTERS, index, seen.pos);
+        let past_virtual = visibility(VIRTUAL_CASTERS, index, above_surface(seen, normal));
         arriving += mix(phantom_light, light, past_phantoms) * past_virtual * cos_angle;
     }
     return select(vec3f(1.0), arriving / max(open_sky, vec3f(1e-20)), open_sky > vec3f(1e-6));

@@ -232,7 +232,8 @@ fn weights_pass(
     pipeline_cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let (Some(pipelines), Some(bind_group), Some(sources)) = (pipelines, &prepared.bind_group, prepared.made_from) else {
+    let (Some(pipelines), Some(bind_group), Some(sources)) = (pipelines, &prepared.bind_group, prepared.made_from)
+    else {
         return;
     };
     let written = Some(writes.count(sources.cube));

@@ -1,5 +1,7 @@
 // Environment cube → radiance × solid angle of each direction of the dome.
 
+#import bevy_mirrorball::shadows::dome::{DomeWeight, pack_light, unpack_light}
+
 /// Mirror of `WeightsUniform` in weights_pass.rs.
 struct Weights {
     cube_from_dome: mat3x3f,
@@ -17,7 +19,7 @@ struct Weights {
 /// Directions (dome frame) and solid angles of small patches of the sphere, those of one direction together.
 @group(0) @binding(3) var<storage, read> patches: array<vec4f>;
 @group(0) @binding(4) var<storage, read> ranges: array<vec2u>;
-@group(0) @binding(5) var<storage, read_write> weights: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> weights: array<DomeWeight>;
 
 const THREADS: u32 = 64u;
 var<workgroup> partial: array<vec3f, THREADS>;
@@ -45,7 +47,7 @@ fn weigh_cells(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     partial[thread] = sum;
     let total = sum_of_all_threads(thread);
     if thread == 0u {
-        weights[group.x] = vec4f(total, 0.0);
+        weights[group.x] = pack_light(total, 0u);
     }
 }
 
@@ -54,17 +56,17 @@ fn weigh_cells(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
 fn average_below(@builtin(local_invocation_index) thread: u32) {
     var sum = vec3f(0.0);
     for (var i = uniforms.counts.z + thread; i < uniforms.counts.w; i += THREADS) {
-        sum += weights[i].rgb;
+        sum += unpack_light(weights[i]);
     }
     partial[thread] = sum;
     let total = sum_of_all_threads(thread);
     if thread == 0u {
-        weights[uniforms.counts.y] = vec4f(total / 6.28318530718, 0.0);
+        weights[uniforms.counts.y] = pack_light(total / 6.28318530718, 0u);
     }
 }
 
 fn luminance(index: u32) -> f32 {
-    return dot(weights[index].rgb, vec3f(0.2126, 0.7152, 0.0722));
+    return dot(unpack_light(weights[index]), vec3f(0.2126, 0.7152, 0.0722));
 }
 
 /// One workgroup: which directions with shadow maps come first by what they give, and how many are worth a look.
@@ -84,13 +86,13 @@ fn rank_directions(@builtin(local_invocation_index) thread: u32) {
             brighter += select(0.0, other, comes_first);
             total += other;
         }
-        weights[rank].w = f32(i);
+        weights[rank].ranked = i;
         // The dimmest together give the dim share; a direction is one of them if it and all after it are within.
         bright += f32(total - brighter > uniforms.dim_share * total);
     }
     partial[thread] = vec3f(bright);
     let all_bright = sum_of_all_threads(thread);
     if thread == 0u {
-        weights[uniforms.counts.y].w = all_bright.x;
+        weights[uniforms.counts.y].ranked = u32(all_bright.x);
     }
 }

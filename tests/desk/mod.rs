@@ -110,4 +110,3 @@ impl Shot {
         self.0.iter().zip(other).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0)
     }
 }
-
