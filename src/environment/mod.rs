@@ -26,9 +26,11 @@
 
 mod equirect;
 mod files;
+mod filter;
 mod filter_pass;
 mod lobe;
 mod maps;
+mod pipeline;
 mod refresh;
 mod source;
 
