@@ -80,6 +80,8 @@ pub(super) struct Filter {
     made_from: TextureViewId,
     pub(super) source: AssetId<Image>,
     pub(super) dispatches: Vec<Dispatch>,
+    /// What `FilteredEnvironment::viewpoint` was when its buffer was written.
+    viewpoint: Option<(Vec4, Buffer)>,
     /// The first of them, up to here, read the source and belong together.
     pub(super) capture: usize,
     /// Dispatches per frame.
@@ -91,6 +93,19 @@ pub(super) struct Filter {
     pub(super) next: usize,
     /// Request that the last set answered, and what had been written to the source then.
     pub(super) answered: Option<(u32, u32)>,
+}
+
+impl Filter {
+    fn move_viewpoint(&mut self, to: Option<Vec4>, queue: &RenderQueue) {
+        if let (Some((viewpoint, buffer)), Some(to)) = (&mut self.viewpoint, to)
+            && *viewpoint != to
+        {
+            *viewpoint = to;
+            let mut bytes = [0; 16];
+            bytes.chunks_exact_mut(4).zip(to.to_array()).for_each(|(bytes, v)| bytes.copy_from_slice(&v.to_le_bytes()));
+            queue.write_buffer(buffer, 0, &bytes);
+        }
+    }
 }
 
 #[derive(Resource, Default)]
@@ -110,8 +125,11 @@ pub(super) fn prepare_filters(
         let Some(source) = images.get(&environment.source) else {
             continue;
         };
-        let existing = filters.0.get(&environment.diffuse.id());
-        if existing.is_some_and(|filter| filter.made_from == source.texture_view.id()) {
+        let existing = filters.0.get_mut(&environment.diffuse.id());
+        if let Some(filter) = existing
+            && filter.made_from == source.texture_view.id()
+        {
+            filter.move_viewpoint(environment.viewpoint, &queue);
             continue;
         }
         let size = source.texture.size();
@@ -149,10 +167,17 @@ impl FilterMaker<'_> {
         let pyramid = images.get(&environment.pyramid)?;
         let shown = [images.get(&environment.diffuse)?, images.get(&environment.glossy)?];
         let mut dispatches = Vec::new();
+        let mut viewpoint = None;
         let cube = match &environment.resampled {
             Some(resampled) => {
                 let resampled = images.get(resampled)?;
-                dispatches.push(self.resample(environment.shape, source, &resampled.texture));
+                let place = environment.viewpoint.unwrap_or_default();
+                let mut buffer = UniformBuffer::from(place);
+                buffer.set_label(Some("mirrorball_environment_viewpoint"));
+                buffer.write_buffer(self.device, self.queue);
+                let buffer = buffer.buffer()?.clone();
+                dispatches.push(self.resample(environment.shape, source, &resampled.texture, &buffer));
+                viewpoint = environment.viewpoint.map(|place| (place, buffer));
                 resampled
             }
             None => source,
@@ -206,6 +231,7 @@ impl FilterMaker<'_> {
             made_from: source.texture_view.id(),
             source: environment.source.id(),
             dispatches,
+            viewpoint,
             capture,
             budget,
             publish,
@@ -284,7 +310,7 @@ impl FilterMaker<'_> {
         Some(self.dispatch(&self.pipelines.glossy_taps, &bindings, texel_groups(edge)))
     }
 
-    fn resample(&self, shape: SourceShape, source: &GpuImage, cube: &Texture) -> Dispatch {
+    fn resample(&self, shape: SourceShape, source: &GpuImage, cube: &Texture, viewpoint: &Buffer) -> Dispatch {
         let picture = |dimension| {
             source.texture.create_view(&TextureViewDescriptor {
                 label: Some("mirrorball_environment_source"),
@@ -298,12 +324,17 @@ impl FilterMaker<'_> {
         match shape {
             SourceShape::Equirect(_) => {
                 let picture = picture(TextureViewDimension::D2);
-                self.dispatch(&self.pipelines.resample_equirect, &[(1, view(&output)), (9, view(&picture))], groups)
+                let bindings = [(1, view(&output)), (9, view(&picture)), (13, viewpoint.as_entire_binding())];
+                self.dispatch(&self.pipelines.resample_equirect, &bindings, groups)
             }
             SourceShape::Cube(_) => {
                 let picture = picture(TextureViewDimension::Cube);
-                let bindings =
-                    [(1, view(&output)), (10, view(&picture)), (11, BindingResource::Sampler(&source.sampler))];
+                let bindings = [
+                    (1, view(&output)),
+                    (10, view(&picture)),
+                    (11, BindingResource::Sampler(&source.sampler)),
+                    (13, viewpoint.as_entire_binding()),
+                ];
                 self.dispatch(&self.pipelines.resample_cube, &bindings, groups)
             }
         }

@@ -295,6 +295,19 @@ fn glossy_sum(@builtin(global_invocation_id) id: vec3u) {
 @group(0) @binding(10) var any_cube: texture_cube<f32>;
 @group(0) @binding(11) var source_sampler: sampler;
 
+/// The eye relative to the point of capture, w: the desk's height relative to it. Zeros leave directions as they are.
+@group(0) @binding(13) var<uniform> viewpoint: vec4f;
+
+/// The direction (cube frame) in which the place that the eye sees in a direction was captured: what is below the horizon lies on
+/// the desk, all else far away. Twin in parallax.rs.
+fn captured_direction(dir: vec3f) -> vec3f {
+    let above = viewpoint.y - viewpoint.w;
+    // The cube's frame is left-handed: its +z is the world's −Z.
+    let eye = viewpoint.xyz * vec3f(1.0, 1.0, -1.0);
+    let shifted = dir * above + eye * max(-dir.y, 0.0);
+    return select(dir, normalize(shifted), above > 0.0 && dot(shifted, shifted) > 1e-20);
+}
+
 /// Lookups along each side of a texel of the new cube.
 const SUBSAMPLES: u32 = 4u;
 
@@ -314,7 +327,7 @@ fn resample_equirect(@builtin(global_invocation_id) id: vec3u) {
     var sum = vec3f(0.0);
     for (var i = 0u; i < SUBSAMPLES * SUBSAMPLES; i++) {
         // The cube's frame is left-handed: its +z is the world's −Z.
-        let dir = face_direction(id.z, subsample(id.xy, edge, i));
+        let dir = captured_direction(face_direction(id.z, subsample(id.xy, edge, i)));
         let uv = vec2f(atan2(dir.x, dir.z) / (2.0 * PI), acos(clamp(dir.y, -1.0, 1.0)) / PI);
         let at = uv * vec2f(size) - 0.5;
         let low = floor(at);
@@ -338,7 +351,7 @@ fn resample_cube(@builtin(global_invocation_id) id: vec3u) {
     }
     var sum = vec3f(0.0);
     for (var i = 0u; i < SUBSAMPLES * SUBSAMPLES; i++) {
-        let dir = face_direction(id.z, subsample(id.xy, edge, i));
+        let dir = captured_direction(face_direction(id.z, subsample(id.xy, edge, i)));
         sum += textureSampleLevel(any_cube, source_sampler, dir, 0.0).rgb;
     }
     let mean = sum / f32(SUBSAMPLES * SUBSAMPLES);

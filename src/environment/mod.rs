@@ -28,22 +28,29 @@ mod equirect;
 mod files;
 mod filter;
 mod filter_pass;
+mod harmonics;
 mod lobe;
 mod maps;
+mod parallax;
 mod pipeline;
 mod refresh;
+mod scene_probe;
+mod scene_probe_pass;
 mod source;
 
 pub use equirect::{CubePixels, EquirectPixels, equirect_direction, equirect_position};
 pub use files::EnvironmentFileError;
+pub use harmonics::EnvironmentHarmonics;
 pub use maps::FilteredEnvironment;
+pub use parallax::DeskParallax;
 pub use refresh::{EnvironmentState, Refresh};
+pub use scene_probe::{SceneCube, SceneProbe};
 
 use crate::{MirrorballSystems, camera::ArCamera, probe::EnvironmentCube};
 use bevy::{
     asset::LoadState,
     camera::{Exposure, RenderTarget},
-    ecs::observer::On,
+    ecs::{observer::On, query::QueryFilter, system::SystemParam},
     light::EnvironmentMapLight,
     prelude::*,
 };
@@ -54,6 +61,9 @@ use source::SourceShape;
 ///
 /// An [`ArCamera`] gets one by itself as soon as a [`LightProbeSphere`](crate::probe::LightProbeSphere) exists. How far it is
 /// says the [`EnvironmentState`] beside it. Taken from the entity, its lighting goes with it.
+///
+/// Units hold for the entity's own [`Exposure`]; a light probe without one follows that of the [`ArCamera`], else that of the active
+/// `Camera3d` of the highest order.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -101,8 +111,12 @@ impl Plugin for EnvironmentPlugin {
                 PreUpdate,
                 (light_cameras_by_probe, follow_sources, keep_intensity).chain().after(MirrorballSystems::Track),
             )
-            .add_systems(PostUpdate, request_refreshes.after(bevy::asset::AssetEventSystems));
+            .register_type::<DeskParallax>()
+            .add_systems(PostUpdate, request_refreshes.after(bevy::asset::AssetEventSystems))
+            .add_systems(PostUpdate, parallax::follow_viewpoints.after(TransformSystems::Propagate));
+        scene_probe::build(app);
         filter_pass::build(app);
+        scene_probe_pass::build(app);
     }
 }
 
@@ -128,6 +142,7 @@ type Environment = (
     &'static mut EnvironmentState,
     Option<&'static FilteredEnvironment>,
     Option<&'static Exposure>,
+    Option<(&'static DeskParallax, &'static GlobalTransform)>,
 );
 
 /// Gives maps to environments whose source has arrived, changed its size or been exchanged.
@@ -136,11 +151,17 @@ fn follow_sources(
     mut images: ResMut<Assets<Image>>,
     assets: Res<AssetServer>,
     mut environments: Query<Environment>,
+    viewing: ViewingCamera<()>,
     existing: Query<&FilteredEnvironment>,
     mut new: Local<Vec<FilteredEnvironment>>,
 ) {
-    for (entity, environment, mut state, maps, exposure) in &mut environments {
-        let maps = maps.filter(|maps| maps.source == environment.source && maps.refresh == environment.refresh);
+    for (entity, environment, mut state, maps, exposure, parallax) in &mut environments {
+        let viewpoint = parallax.map(|(parallax, place)| parallax.viewpoint(place.translation()));
+        let maps = maps.filter(|maps| {
+            maps.source == environment.source
+                && maps.refresh == environment.refresh
+                && maps.viewpoint.is_some() == viewpoint.is_some()
+        });
         let next = match images.get(&environment.source).map(SourceShape::of) {
             // Images that live on the GPU only may have left the assets.
             None if maps.is_some() => continue,
@@ -154,19 +175,21 @@ fn follow_sources(
             Some(Ok(shape)) if maps.is_some_and(|maps| maps.shape == shape) => continue,
             Some(Ok(shape)) => {
                 let fits = |maps: &&FilteredEnvironment| {
-                    maps.source == environment.source && maps.shape == shape && maps.refresh == environment.refresh
+                    let is_same = maps.source == environment.source && maps.shape == shape;
+                    is_same && maps.refresh == environment.refresh && maps.viewpoint.is_none() && viewpoint.is_none()
                 };
                 let shared = existing.iter().chain(new.iter()).find(fits).cloned();
                 let maps = shared.unwrap_or_else(|| {
                     let source = environment.source.clone();
-                    let maps = FilteredEnvironment::allocate(&mut images, source, shape, environment.refresh);
+                    let maps =
+                        FilteredEnvironment::allocate(&mut images, source, shape, environment.refresh, viewpoint);
                     new.push(maps.clone());
                     maps
                 });
                 let light = EnvironmentMapLight {
                     diffuse_map: maps.diffuse.clone(),
                     specular_map: maps.glossy.clone(),
-                    intensity: unit_intensity(exposure),
+                    intensity: unit_intensity(Some(&exposure.copied().unwrap_or_else(|| viewing.exposure()))),
                     ..default()
                 };
                 commands.entity(entity).insert((maps, light));
@@ -225,11 +248,37 @@ fn request_refreshes(
 
 type LitEntity = (&'static mut EnvironmentMapLight, Option<&'static Exposure>);
 
-fn keep_intensity(mut lights: Query<LitEntity, With<FilteredEnvironment>>) {
+fn keep_intensity(mut lights: Query<LitEntity, With<FilteredEnvironment>>, viewing: ViewingCamera<()>) {
     for (mut light, exposure) in &mut lights {
-        let intensity = unit_intensity(exposure);
+        let intensity = unit_intensity(Some(&exposure.copied().unwrap_or_else(|| viewing.exposure())));
         if light.intensity != intensity {
             light.intensity = intensity;
         }
+    }
+}
+
+type View = (&'static Camera, Has<ArCamera>, Option<&'static Exposure>, Option<&'static AmbientLight>);
+
+/// The camera that the player looks through: the first active [`ArCamera`], else the active [`Camera3d`] of the highest order.
+/// What is no camera itself, such as a light probe, is exposed as it is.
+#[derive(SystemParam)]
+struct ViewingCamera<'w, 's, F: QueryFilter + 'static> {
+    cameras: Query<'w, 's, View, (With<Camera3d>, F)>,
+}
+
+impl<F: QueryFilter> ViewingCamera<'_, '_, F> {
+    fn view(&self) -> Option<(Option<Exposure>, Option<AmbientLight>)> {
+        let active = self.cameras.iter().filter(|(camera, ..)| camera.is_active);
+        // Cameras into pictures come before those into windows: the last is looked through.
+        let view = active.max_by_key(|(camera, is_ar, ..)| (*is_ar, camera.order));
+        view.map(|(_, _, exposure, ambient)| (exposure.copied(), ambient.cloned()))
+    }
+
+    fn exposure(&self) -> Exposure {
+        self.view().and_then(|view| view.0).unwrap_or_default()
+    }
+
+    fn ambient(&self) -> Option<AmbientLight> {
+        self.view().and_then(|view| view.1)
     }
 }

@@ -58,6 +58,7 @@ pub(super) fn init_filter_pipelines(
         Step { id, layout }
     };
     let taps = uniform_buffer::<TapsUniform>(false);
+    let viewpoint = uniform_buffer::<Vec4>(false);
     let equirect = texture_2d(TextureSampleType::Float { filterable: false });
     commands.insert_resource(FilterPipelines {
         halve: step("halve", &[(0, texels), (1, output)]),
@@ -67,7 +68,7 @@ pub(super) fn init_filter_pipelines(
         sharpest: step("sharpest", &[(0, texels), (5, output)]),
         glossy_taps: step("glossy_taps", &[(3, filtering), (4, cube), (5, output), (6, taps), (7, cube)]),
         glossy_sum: step("glossy_sum", &[(5, output), (8, blocks), (12, uniform_buffer::<f32>(false))]),
-        resample_equirect: step("resample_equirect", &[(1, output), (9, equirect)]),
-        resample_cube: step("resample_cube", &[(1, output), (10, cube), (11, filtering)]),
+        resample_equirect: step("resample_equirect", &[(1, output), (9, equirect), (13, viewpoint)]),
+        resample_cube: step("resample_cube", &[(1, output), (10, cube), (11, filtering), (13, viewpoint)]),
     });
 }
