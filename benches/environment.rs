@@ -111,8 +111,7 @@ fn main() -> Outcome<()> {
         let (mut bevy, _) =
             app(size, &texels, |environment_map| GeneratedEnvironmentMapLight { environment_map, ..default() })?;
         // What a frame costs in which nothing is filtered; part of both.
-        let (mut idle, _) =
-            app(size, &texels, |source| LiveEnvironment::new(source).with_refresh(Refresh::OnRequest))?;
+        let (mut idle, _) = app(size, &texels, |source| LiveEnvironment::new(source).with_refresh(Refresh::OnRequest))?;
         let (mut ours_ms, mut bevy_ms, mut idle_ms) = (Vec::new(), Vec::new(), Vec::new());
         for block in 0..2 * options.blocks {
             // ABBA: neither always runs on the warmer machine.

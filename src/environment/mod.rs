@@ -4,9 +4,29 @@
 //! [`LiveEnvironment`], on a camera or on a light probe; nothing else of this crate is needed. **Leaves:** a normal
 //! [`EnvironmentMapLight`] on the same entity, at the intensity that makes 1.0 in the source 1.0 in the frame buffer.
 //!
-//! The diffuse map is the cosine-weighted sum of all light and the rough glossy levels are whole sums of GGX, both over 6·16²
-//! blocks at their energy centroids; the sharp levels are rings of taps into a pyramid (filtered importance sampling,
-//! Křivánek & Colbert 2008, with a fixed table). All are free of noise. [`Refresh`] says when they are made anew.
+//! The diffuse map is the cosine-weighted sum of all light and the rough glossy levels are whole sums of GGX, both over 6·8²
+//! blocks at their energy centroids. The sharp levels are rings of taps into a pyramid of splines (after Manson & Sloan 2016,
+//! *Fast Filtering of Reflection Probes*) whose shares are fitted to the lobe for each level, and a share of the next rougher
+//! level: the far tails of GGX are alike whatever the roughness. All are free of noise. [`Refresh`] says when they are made anew.
+//!
+//! # Cost
+//! For each refresh, beside those of Bevy's `GeneratedEnvironmentMapLight` (read in its sources), which does this every frame:
+//!
+//! | | ours, 128² | Bevy, 128² | ours, 256² | Bevy, 256² |
+//! |---|---|---|---|---|
+//! | texels loaded | 0.22 M | 0.2 M | 0.81 M | 0.8 M |
+//! | filtered lookups | 0.38 M | 7.7 M | 1.37 M | 12.1 M |
+//! | products of a block and a lobe | 1.95 M | – | 1.95 M | – |
+//! | dispatches | 13 | 12 | 15 | 13 |
+//! | bytes written | 1.4 MB | 2.1 MB | 5.3 MB | 8.4 MB |
+//! | bind groups made | 0 | all | 0 | all |
+//!
+//! Nothing is allocated for a refresh; bind groups, tables and buffers are made when a source arrives or changes its size.
+//! `benches/environment.rs` measures time and truth of both.
+//!
+//! # More than light from afar
+//! A [`SceneProbe`] makes a source of the virtual scene itself, over the measured room. [`DeskParallax`] lets a probe mirror
+//! the part of the desk that is under it. [`CubePixels::harmonics`] is an environment in nine numbers for code on the CPU.
 //!
 //! # Files
 //! Radiance and OpenEXR files become light, and measured light becomes a file:
