@@ -182,7 +182,6 @@ impl FilterMaker<'_> {
             }
             None => source,
         };
-        self.push_pyramid(&cube.texture, pyramid, &mut dispatches);
         let (made, publish) = match &environment.draft {
             Some([diffuse, glossy]) => {
                 let draft = [images.get(diffuse)?, images.get(glossy)?];
@@ -191,6 +190,7 @@ impl FilterMaker<'_> {
             None => (shown, Vec::new()),
         };
         let [diffuse, glossy] = made.map(|image| &image.texture);
+        self.push_pyramid(&cube.texture, pyramid, glossy, &mut dispatches);
         let blocks = self.device.create_buffer(&BufferDescriptor {
             label: Some("mirrorball_environment_blocks"),
             size: u64::from(6 * BLOCK_EDGE * BLOCK_EDGE * BLOCK_BYTES),
@@ -208,11 +208,11 @@ impl FilterMaker<'_> {
             texel_groups(BLOCK_EDGE),
         ));
         let edge = glossy.width();
-        dispatches.push(self.dispatch(
-            &self.pipelines.sharpest,
-            &[(0, view(&level_of(edge))), (5, view(&texels(glossy, 0)))],
-            texel_groups(edge),
-        ));
+        if edge != cube.texture.width() {
+            let (input, output) = (level_of(edge), texels(glossy, 0));
+            let bindings = [(0, view(&input)), (5, view(&output))];
+            dispatches.push(self.dispatch(&self.pipelines.sharpest, &bindings, texel_groups(edge)));
+        }
         let capture = dispatches.len();
         dispatches.push(self.dispatch(
             &self.pipelines.diffuse,
@@ -241,11 +241,16 @@ impl FilterMaker<'_> {
         })
     }
 
-    fn push_pyramid(&self, cube: &Texture, pyramid: &GpuImage, dispatches: &mut Vec<Dispatch>) {
+    fn push_pyramid(&self, cube: &Texture, pyramid: &GpuImage, glossy: &Texture, dispatches: &mut Vec<Dispatch>) {
         for level in 0..pyramid.texture.mip_level_count() {
             let groups = texel_groups(pyramid.texture.width() >> level);
             let coarser = texels(&pyramid.texture, level);
             dispatches.push(match level.checked_sub(1) {
+                None if glossy.width() == cube.width() && cube.width() == 2 * pyramid.texture.width() => {
+                    let (finer, copy) = (texels(cube, 0), texels(glossy, 0));
+                    let bindings = [(0, view(&finer)), (1, view(&coarser)), (5, view(&copy))];
+                    self.dispatch(&self.pipelines.halve_and_copy, &bindings, groups)
+                }
                 None => {
                     let finer = texels(cube, 0);
                     self.dispatch(&self.pipelines.halve, &[(0, view(&finer)), (1, view(&coarser))], groups)

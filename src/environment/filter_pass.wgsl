@@ -32,6 +32,26 @@ fn halve(@builtin(global_invocation_id) id: vec3u) {
     textureStore(coarser, id.xy, id.z, vec4f(sum / weight_sum, 1.0));
 }
 
+/// The same, and roughness 0 of the glossy map, where that is as large as the source: each texel is read once for both.
+@compute @workgroup_size(8, 8, 1)
+fn halve_and_copy(@builtin(global_invocation_id) id: vec3u) {
+    let edge = textureDimensions(coarser).x;
+    if any(id.xy >= vec2u(edge)) {
+        return;
+    }
+    var sum = vec3f(0.0);
+    var weight_sum = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let texel = id.xy * 2u + vec2u(i & 1u, i >> 1u);
+        let weight = relative_angle(face_position(texel, 2u * edge));
+        let radiance = textureLoad(finer, texel, id.z, 0).rgb;
+        textureStore(output, texel, id.z, vec4f(radiance, 1.0));
+        sum += radiance * weight;
+        weight_sum += weight;
+    }
+    textureStore(coarser, id.xy, id.z, vec4f(sum / weight_sum, 1.0));
+}
+
 /// The other levels are splines: sixteen texels of the level above with the weights 1 3 3 1 along each side, by four bilinear
 /// lookups across edges. A small light then fades from texel to texel as it moves (after Manson & Sloan 2016).
 @compute @workgroup_size(8, 8, 1)

@@ -23,6 +23,7 @@ pub(super) struct Step {
 #[derive(Resource)]
 pub(super) struct FilterPipelines {
     pub(super) halve: Step,
+    pub(super) halve_and_copy: Step,
     pub(super) smooth_halve: Step,
     pub(super) gather_blocks: Step,
     pub(super) diffuse: Step,
@@ -62,6 +63,7 @@ pub(super) fn init_filter_pipelines(
     let equirect = texture_2d(TextureSampleType::Float { filterable: false });
     commands.insert_resource(FilterPipelines {
         halve: step("halve", &[(0, texels), (1, output)]),
+        halve_and_copy: step("halve_and_copy", &[(0, texels), (1, output), (5, output)]),
         smooth_halve: step("smooth_halve", &[(1, output), (2, cube), (3, filtering)]),
         gather_blocks: step("gather_blocks", &[(0, texels), (8, blocks)]),
         diffuse: step("diffuse", &[(5, output), (8, blocks)]),
