@@ -347,8 +347,8 @@ fn a_probe_beside_the_ball_mirrors_the_desk_that_is_under_it() {
     }
     let after = error(&mut app, probe, eye);
     println!("desk from the ball off by {at_ball:.3}, from beside it by {after:.3}, without parallax by {before:.3}");
-    // The desk's pattern is steepest where the ball's picture of it is coarsest.
-    assert!(at_ball < 0.03 && after < 0.06 && before > 0.5);
+    // Four lookups across a texel 0.7° wide.
+    assert!(at_ball < 0.01 && after < 0.01 && before > 0.5);
 }
 
 #[test]
