@@ -6,7 +6,8 @@
 //! columns are `map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam`. Rows with mip `all` are times of a
 //! whole frame without cameras (ratio = Bevy ÷ ours), alternating in blocks; the others are errors relative to the sums that
 //! each filter approximates, and steps across cube edges relative to the true ones there, of the diffuse map and by perceptual
-//! roughness. `--directions N` compares at 6·N² directions (defaults to 16), `--blocks N` measures that many pairs of blocks.
+//! roughness. `--directions N` compares at 6·N² directions (defaults to 16, 0 leaves that out), `--blocks N`
+//! measures that many pairs of blocks (0: none).
 
 #[path = "../tests/filter_truth/mod.rs"]
 mod filter_truth;
@@ -20,7 +21,7 @@ use bevy::{
     render::{RenderApp, renderer::RenderDevice},
 };
 use bevy_mirrorball::{
-    environment::{EnvironmentPlugin, LiveEnvironment},
+    environment::{EnvironmentPlugin, LiveEnvironment, Refresh},
     offscreen,
 };
 use filter_truth::{ROUGHNESSES, Truth, brightest, relative_rmse, seam};
@@ -51,7 +52,7 @@ impl Options {
             match argument {
                 Long("csv") => options.csv = Some(parser.value()?.into()),
                 Long("directions") => options.directions = parser.value()?.parse()?,
-                Long("blocks") => options.blocks = parser.value()?.parse::<usize>()?.max(1),
+                Long("blocks") => options.blocks = parser.value()?.parse()?,
                 // Cargo says so to every benchmark.
                 Long("bench") => (),
                 other => return Err(other.unexpected().into()),
@@ -99,20 +100,27 @@ fn main() -> Outcome<()> {
             maps.push((room, Box::new(filter_truth::picture(&path))));
         }
     }
+    let sizes = if options.blocks == 0 { &[][..] } else { &SIZES[..] };
+    if options.directions == 0 {
+        maps.clear();
+    }
     let mut csv = "map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam\n".to_owned();
-    for size in SIZES {
+    for &size in sizes {
         let texels = filter_truth::texels(size, filter_truth::two_suns);
         let (mut ours, _) = app(size, &texels, LiveEnvironment::new)?;
         let (mut bevy, _) =
             app(size, &texels, |environment_map| GeneratedEnvironmentMapLight { environment_map, ..default() })?;
-        let (mut ours_ms, mut bevy_ms) = (Vec::new(), Vec::new());
+        // What a frame costs in which nothing is filtered; part of both.
+        let (mut idle, _) = app(size, &texels, |source| LiveEnvironment::new(source).with_refresh(Refresh::OnRequest))?;
+        let (mut ours_ms, mut bevy_ms, mut idle_ms) = (Vec::new(), Vec::new(), Vec::new());
         for block in 0..2 * options.blocks {
             // ABBA: neither always runs on the warmer machine.
             let (times, app) = if block % 4 % 3 == 0 { (&mut ours_ms, &mut ours) } else { (&mut bevy_ms, &mut bevy) };
             times.extend((0..BLOCK).map(|_| frame(app)));
+            idle_ms.extend((0..BLOCK).map(|_| frame(&mut idle)));
         }
-        let (ours, bevy) = (median(ours_ms), median(bevy_ms));
-        println!("{size}²: ours {ours:.1} ms, Bevy {bevy:.1} ms, ratio {:.2}", bevy / ours);
+        let (ours, bevy, idle) = (median(ours_ms), median(bevy_ms), median(idle_ms));
+        println!("{size}²: ours {ours:.1} ms, Bevy {bevy:.1} ms, ratio {:.2}, idle frame {idle:.1} ms", bevy / ours);
         writeln!(csv, "two_suns,{size},all,{ours:.3},{bevy:.3},{:.3},,,,", bevy / ours)?;
     }
     for (name, radiance) in maps {

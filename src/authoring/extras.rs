@@ -115,7 +115,11 @@ mod tests {
         let expected = [
             AuthoredComponent::LightProbeSphere(LightProbeSphere { radius: 0.03, reflectance: 0.65 }),
             AuthoredComponent::PhantomObject(PhantomObject { casts: true, receives: false }),
-            AuthoredComponent::ShadowDomeLight(ShadowDomeLight { directions: 16, resolution: 100 }),
+            AuthoredComponent::ShadowDomeLight(ShadowDomeLight {
+                directions: 16,
+                resolution: 100,
+                ..Default::default()
+            }),
         ];
         assert_eq!(parse(json).into_result().expect("no mistake"), expected);
     }

@@ -123,7 +123,7 @@ impl EquirectPixels {
 }
 
 /// Unit world direction of a position on a layer of a cube map, −1…1 across and down.
-fn face_direction(face: u32, p: Vec2) -> Vec3 {
+pub(super) fn face_direction(face: u32, p: Vec2) -> Vec3 {
     let dir = match face {
         0 => Vec3::new(1.0, -p.y, -p.x),
         1 => Vec3::new(-1.0, -p.y, p.x),

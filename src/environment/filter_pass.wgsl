@@ -9,10 +9,12 @@ const MAX_HALF: f32 = 65504.0;
 
 @group(0) @binding(0) var finer: texture_2d_array<f32>;
 @group(0) @binding(1) var coarser: texture_storage_2d_array<rgba16float, write>;
+@group(0) @binding(2) var finer_cube: texture_cube<f32>;
+@group(0) @binding(3) var cube_sampler: sampler;
 
-/// Mean of blocks of texels, weighted by the solid angle they cover. The finer level is a multiple of the coarser in size.
+/// Mean of four texels, weighted by the solid angle they cover: the first level, half as wide as the source.
 @compute @workgroup_size(8, 8, 1)
-fn reduce(@builtin(global_invocation_id) id: vec3u) {
+fn halve(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(coarser).x;
     if any(id.xy >= vec2u(edge)) {
         return;
@@ -30,20 +32,62 @@ fn reduce(@builtin(global_invocation_id) id: vec3u) {
     textureStore(coarser, id.xy, id.z, vec4f(sum / weight_sum, 1.0));
 }
 
+/// The same, and roughness 0 of the glossy map, where that is as large as the source: each texel is read once for both.
+@compute @workgroup_size(8, 8, 1)
+fn halve_and_copy(@builtin(global_invocation_id) id: vec3u) {
+    let edge = textureDimensions(coarser).x;
+    if any(id.xy >= vec2u(edge)) {
+        return;
+    }
+    var sum = vec3f(0.0);
+    var weight_sum = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let texel = id.xy * 2u + vec2u(i & 1u, i >> 1u);
+        let weight = relative_angle(face_position(texel, 2u * edge));
+        let radiance = textureLoad(finer, texel, id.z, 0).rgb;
+        textureStore(output, texel, id.z, vec4f(radiance, 1.0));
+        sum += radiance * weight;
+        weight_sum += weight;
+    }
+    textureStore(coarser, id.xy, id.z, vec4f(sum / weight_sum, 1.0));
+}
+
+/// The other levels are splines: sixteen texels of the level above with the weights 1 3 3 1 along each side, by four bilinear
+/// lookups across edges. A small light then fades from texel to texel as it moves (after Manson & Sloan 2016).
+@compute @workgroup_size(8, 8, 1)
+fn smooth_halve(@builtin(global_invocation_id) id: vec3u) {
+    let edge = textureDimensions(coarser).x;
+    if any(id.xy >= vec2u(edge)) {
+        return;
+    }
+    let center = face_position(id.xy, edge);
+    // Three quarters of a finer texel.
+    let offset = 0.75 / f32(edge);
+    var sum = vec3f(0.0);
+    var weight_sum = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let position = center + offset * (2.0 * vec2f(vec2u(i & 1u, i >> 1u)) - 1.0);
+        let weight = relative_angle(position);
+        sum += textureSampleLevel(finer_cube, cube_sampler, face_direction(id.z, position), 0.0).rgb * weight;
+        weight_sum += weight;
+    }
+    textureStore(coarser, id.xy, id.z, vec4f(sum / weight_sum, 1.0));
+}
+
 // --- convolve --------------------------------------------------------------------------------------------------------
 
-/// Mirror of `ConvolveUniform` in filter_pass.rs.
-struct Convolve {
-    /// GGX's alpha, the square of the perceptual roughness.
-    alpha: f32,
+/// Mirror of `TapsUniform` in filter.rs.
+struct Taps {
     /// Taps in use.
-    tap_count: u32,
+    count: u32,
     /// The coarsest level of the pyramid; its level 0 has half the source's edge length.
     coarsest_level: f32,
+    /// Share of the next rougher level.
+    tail: f32,
     /// Direction relative to the normal (z), and level of the pyramid.
-    taps: array<vec4f, 48>,
+    places: array<vec4f, 24>,
     /// Shares of the taps, four by four.
-    weights: array<vec4f, 12>,
+    shares: array<vec4f, 6>,
 }
 
 /// Part of the sphere, as light from one direction.
@@ -54,15 +98,16 @@ struct Block {
     centroid: vec4f,
 }
 
-@group(0) @binding(3) var pyramid: texture_cube<f32>;
-@group(0) @binding(4) var cube_sampler: sampler;
+@group(0) @binding(4) var pyramid: texture_cube<f32>;
 @group(0) @binding(5) var output: texture_storage_2d_array<rgba16float, write>;
-@group(0) @binding(6) var<uniform> convolve: Convolve;
-@group(0) @binding(7) var source_texels: texture_2d_array<f32>;
+@group(0) @binding(6) var<uniform> taps: Taps;
+@group(0) @binding(7) var rougher: texture_cube<f32>;
 @group(0) @binding(8) var<storage, read_write> blocks: array<Block>;
+/// GGX's alpha, the square of the perceptual roughness.
+@group(0) @binding(12) var<uniform> alpha: f32;
 
 /// Blocks along a cube edge.
-const BLOCK_EDGE: u32 = 16u;
+const BLOCK_EDGE: u32 = 8u;
 
 /// Direction (cube frame) of a position -1…1 on a face.
 fn face_direction(face: u32, p: vec2f) -> vec3f {
@@ -106,7 +151,7 @@ fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= vec2u(BLOCK_EDGE)) {
         return;
     }
-    let edge = textureDimensions(source_texels).x;
+    let edge = textureDimensions(finer).x;
     let step = max(edge / BLOCK_EDGE, 1u);
     var light = vec3f(0.0);
     var moment = vec3f(0.0);
@@ -115,7 +160,7 @@ fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
     var weight_sum = 0.0;
     for (var i = 0u; i < step * step; i++) {
         let texel = min(id.xy * step + vec2u(i % step, i / step), vec2u(edge - 1u));
-        let radiance = textureLoad(source_texels, texel, id.z, 0).rgb;
+        let radiance = textureLoad(finer, texel, id.z, 0).rgb;
         let position = face_position(texel, edge);
         let dir = face_direction(id.z, position);
         let angle = relative_angle(position);
@@ -204,11 +249,11 @@ fn sharpest(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     // Through the same-sized levels of source or pyramid: texel by texel.
-    textureStore(output, id.xy, id.z, vec4f(textureLoad(source_texels, id.xy, id.z, 0).rgb, 1.0));
+    textureStore(output, id.xy, id.z, vec4f(textureLoad(finer, id.xy, id.z, 0).rgb, 1.0));
 }
 
-/// Radiance seen in a smooth GGX surface from straight above (normal = view): rings of taps that each stand for the same
-/// share of the lobe, looked up where a pyramid texel covers their solid angle (after Křivánek & Colbert 2008).
+/// Radiance seen in a smooth GGX surface from straight above (normal = view): rings of taps into the pyramid, whose shares are
+/// fitted to the lobe (lobe.rs), and the next rougher level as its tail.
 @compute @workgroup_size(8, 8, 1)
 fn glossy_taps(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(output).x;
@@ -221,17 +266,21 @@ fn glossy_taps(@builtin(global_invocation_id) id: vec3u) {
     let bitangent = cross(normal, tangent);
     // Texels are smaller towards the corners of a face: (2 ÷ edge)² times this, where π ÷ 6 is the mean.
     let correction = -0.5 * log2(relative_angle(position) * (6.0 / PI));
-    var sum = vec3f(0.0);
-    for (var i = 0u; i < convolve.tap_count; i++) {
-        let tap = convolve.taps[i];
+    var sum = textureSampleLevel(rougher, cube_sampler, normal, 0.0).rgb * taps.tail;
+    for (var i = 0u; i < taps.count; i++) {
+        let tap = taps.places[i];
         let dir = tangent * tap.x + bitangent * tap.y + normal * tap.z;
-        let level = clamp(tap.w + correction, 0.0, convolve.coarsest_level);
-        sum += textureSampleLevel(pyramid, cube_sampler, dir, level).rgb * convolve.weights[i / 4u][i % 4u];
+        let level = clamp(tap.w + correction, 0.0, taps.coarsest_level);
+        sum += textureSampleLevel(pyramid, cube_sampler, dir, level).rgb * taps.shares[i / 4u][i % 4u];
     }
     textureStore(output, id.xy, id.z, vec4f(sum, 1.0));
 }
 
-/// As `glossy_taps`, for lobes much wider than a block: the whole sum. For normal = view, GGX depends on the cosine to the light
+/// Added to alpha², times the squared spread of a block: what the blocks and the reader's interpolation widen, the kernel is
+/// narrower. Measured.
+const SHARPENING: f32 = -0.5;
+
+/// As `glossy_taps`, for lobes wider than a block: the whole sum. For normal = view, GGX depends on the cosine to the light
 /// alone, since the half vector bisects the angle. One thread per quad.
 @compute @workgroup_size(64, 1, 1)
 fn glossy_sum(@builtin(global_invocation_id) id: vec3u) {
@@ -241,15 +290,16 @@ fn glossy_sum(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let normals = quad_normals(start, id.z, edge);
-    let slope = 0.5 * (convolve.alpha * convolve.alpha - 1.0);
+    let own = alpha * alpha;
     var sum = mat3x4f(vec4f(), vec4f(), vec4f());
     var weight_sum = vec4f(0.0);
     for (var i = 0u; i < 6u * BLOCK_EDGE * BLOCK_EDGE; i++) {
         let light = blocks[i].light;
         let centroid = blocks[i].centroid;
         let cosine = normals * centroid.xyz;
-        let d = slope * (1.0 + cosine) + 1.0;
-        let weight = (cosine + mean_absolute_cosine(cosine, centroid.w)) / (d * d);
+        let width = max(own + SHARPENING * centroid.w * centroid.w, 0.5 * own);
+        let d = 0.5 * (width - 1.0) * (1.0 + cosine) + 1.0;
+        let weight = (cosine + mean_absolute_cosine(cosine, centroid.w)) * width / (d * d);
         sum += mat3x4f(light.r * weight, light.g * weight, light.b * weight);
         weight_sum += light.w * weight;
     }
@@ -264,6 +314,19 @@ fn glossy_sum(@builtin(global_invocation_id) id: vec3u) {
 @group(0) @binding(9) var equirect: texture_2d<f32>;
 @group(0) @binding(10) var any_cube: texture_cube<f32>;
 @group(0) @binding(11) var source_sampler: sampler;
+
+/// The eye relative to the point of capture, w: the desk's height relative to it. Zeros leave directions as they are.
+@group(0) @binding(13) var<uniform> viewpoint: vec4f;
+
+/// The direction (cube frame) in which the place that the eye sees in a direction was captured: what is below the horizon lies on
+/// the desk, all else far away. Twin in parallax.rs.
+fn captured_direction(dir: vec3f) -> vec3f {
+    let above = viewpoint.y - viewpoint.w;
+    // The cube's frame is left-handed: its +z is the world's −Z.
+    let eye = viewpoint.xyz * vec3f(1.0, 1.0, -1.0);
+    let shifted = dir * above + eye * max(-dir.y, 0.0);
+    return select(dir, normalize(shifted), above > 0.0 && dot(shifted, shifted) > 1e-20);
+}
 
 /// Lookups along each side of a texel of the new cube.
 const SUBSAMPLES: u32 = 4u;
@@ -284,7 +347,7 @@ fn resample_equirect(@builtin(global_invocation_id) id: vec3u) {
     var sum = vec3f(0.0);
     for (var i = 0u; i < SUBSAMPLES * SUBSAMPLES; i++) {
         // The cube's frame is left-handed: its +z is the world's −Z.
-        let dir = face_direction(id.z, subsample(id.xy, edge, i));
+        let dir = captured_direction(face_direction(id.z, subsample(id.xy, edge, i)));
         let uv = vec2f(atan2(dir.x, dir.z) / (2.0 * PI), acos(clamp(dir.y, -1.0, 1.0)) / PI);
         let at = uv * vec2f(size) - 0.5;
         let low = floor(at);
@@ -308,7 +371,7 @@ fn resample_cube(@builtin(global_invocation_id) id: vec3u) {
     }
     var sum = vec3f(0.0);
     for (var i = 0u; i < SUBSAMPLES * SUBSAMPLES; i++) {
-        let dir = face_direction(id.z, subsample(id.xy, edge, i));
+        let dir = captured_direction(face_direction(id.z, subsample(id.xy, edge, i)));
         sum += textureSampleLevel(any_cube, source_sampler, dir, 0.0).rgb;
     }
     let mean = sum / f32(SUBSAMPLES * SUBSAMPLES);

@@ -30,6 +30,8 @@ pub struct FilteredEnvironment {
     pub(super) resampled: Option<Handle<Image>>,
     /// Diffuse and glossy map in the making, if that takes several frames.
     pub(super) draft: Option<[Handle<Image>; 2]>,
+    /// Where it is looked at from, if that is not where it was captured; see [`DeskParallax`](super::DeskParallax).
+    pub(super) viewpoint: Option<Vec4>,
     pub(super) progress: Progress,
 }
 
@@ -39,6 +41,7 @@ impl FilteredEnvironment {
         source: Handle<Image>,
         shape: SourceShape,
         refresh: Refresh,
+        viewpoint: Option<Vec4>,
     ) -> Self {
         let cube_edge = shape.cube_edge();
         let glossy_edge = cube_edge.clamp(ROUGHEST_EDGE, MAX_GLOSSY_EDGE);
@@ -54,11 +57,12 @@ impl FilteredEnvironment {
         let [diffuse, glossy] = result("mirrorball_environment_diffuse", "mirrorball_environment_glossy");
         let draft = matches!(refresh, Refresh::Budget { .. })
             .then(|| result("mirrorball_environment_diffuse_draft", "mirrorball_environment_glossy_draft"));
-        let resampled = (!shape.is_ready()).then(|| cube("mirrorball_environment_resampled", cube_edge, 1));
+        let resampled =
+            (!shape.is_ready() || viewpoint.is_some()).then(|| cube("mirrorball_environment_resampled", cube_edge, 1));
         let pyramid = cube("mirrorball_environment_pyramid", pyramid_edge, levels(pyramid_edge));
         let progress = Progress::default();
         progress.request();
-        Self { diffuse, glossy, pyramid, source, shape, refresh, resampled, draft, progress }
+        Self { diffuse, glossy, pyramid, source, shape, refresh, resampled, draft, viewpoint, progress }
     }
 
     /// Has the maps made anew in the next frame, whatever [`Refresh`] says.

@@ -1,0 +1,381 @@
+//! What is done for each environment: made once, and kept as long as its textures live.
+
+use super::{
+    FilteredEnvironment, Refresh,
+    lobe::{self, MAX_TAPS},
+    pipeline::{FilterPipelines, Step},
+    refresh::Progress,
+    source::SourceShape,
+};
+use bevy::{
+    platform::collections::HashMap,
+    prelude::*,
+    render::{
+        Extract,
+        render_asset::RenderAssets,
+        render_resource::{
+            BindGroup, BindGroupEntry, BindingResource, Buffer, BufferDescriptor, BufferUsages,
+            CachedComputePipelineId, PipelineCache, ShaderType, Texture, TextureView, TextureViewDescriptor,
+            TextureViewDimension, TextureViewId, UniformBuffer,
+        },
+        renderer::{RenderDevice, RenderQueue},
+        texture::GpuImage,
+    },
+};
+
+/// Threads along each side of a workgroup, as in the shader.
+const WORKGROUP: u32 = 8;
+/// Texels that a thread of the sums works on, and threads in its workgroup, as in the shader.
+const QUAD: u32 = 4;
+const QUAD_WORKGROUP: u32 = 64;
+/// Blocks along a cube edge, as in the shader, and bytes of a block.
+const BLOCK_EDGE: u32 = 8;
+const BLOCK_BYTES: u32 = 32;
+/// Largest edge length that the blocks are gathered from.
+const MAX_GATHER_EDGE: u32 = 64;
+/// Glossy levels up to this edge length are whole sums over the blocks, if their alpha is at least this.
+const MAX_SUM_EDGE: u32 = 16;
+const MIN_SUM_ALPHA: f64 = 0.2;
+
+/// Mirror of `Taps` in `filter_pass.wgsl`.
+#[derive(ShaderType, Clone)]
+pub(super) struct TapsUniform {
+    count: u32,
+    coarsest_level: f32,
+    tail: f32,
+    places: [Vec4; MAX_TAPS],
+    shares: [Vec4; MAX_TAPS / 4],
+}
+
+#[derive(Resource, Default)]
+pub(super) struct ExtractedEnvironments(Vec<FilteredEnvironment>);
+
+pub(super) fn extract_environments(
+    mut extracted: ResMut<ExtractedEnvironments>,
+    environments: Extract<Query<&FilteredEnvironment>>,
+) {
+    extracted.0.clear();
+    extracted.0.extend(environments.iter().cloned());
+}
+
+/// One dispatch: pipeline, bindings, workgroups.
+pub(super) struct Dispatch {
+    pub(super) pipeline: CachedComputePipelineId,
+    pub(super) bind_group: BindGroup,
+    pub(super) groups: UVec3,
+}
+
+/// Workgroups of one thread for each texel of a cube.
+fn texel_groups(edge: u32) -> UVec3 {
+    UVec2::splat(edge.div_ceil(WORKGROUP)).extend(6)
+}
+
+/// Workgroups of one thread for each quad of a number of faces.
+fn quad_groups(edge: u32, faces: u32) -> UVec3 {
+    UVec3::new((edge * edge / QUAD).div_ceil(QUAD_WORKGROUP), 1, faces)
+}
+
+/// Everything to filter one environment; made once and kept as long as its textures live.
+pub(super) struct Filter {
+    made_from: TextureViewId,
+    pub(super) source: AssetId<Image>,
+    pub(super) dispatches: Vec<Dispatch>,
+    /// What `FilteredEnvironment::viewpoint` was when its buffer was written.
+    viewpoint: Option<(Vec4, Buffer)>,
+    /// The first of them, up to here, read the source and belong together.
+    pub(super) capture: usize,
+    /// Dispatches per frame.
+    pub(super) budget: usize,
+    /// Draft and finished map, copied when a set is complete.
+    pub(super) publish: Vec<(Texture, Texture)>,
+    pub(super) progress: Progress,
+    /// The dispatch the current set has come to; 0 between sets.
+    pub(super) next: usize,
+    /// Request that the last set answered, and what had been written to the source then.
+    pub(super) answered: Option<(u32, u32)>,
+}
+
+impl Filter {
+    fn move_viewpoint(&mut self, to: Option<Vec4>, queue: &RenderQueue) {
+        if let (Some((viewpoint, buffer)), Some(to)) = (&mut self.viewpoint, to)
+            && *viewpoint != to
+        {
+            *viewpoint = to;
+            let mut bytes = [0; 16];
+            bytes.chunks_exact_mut(4).zip(to.to_array()).for_each(|(bytes, v)| bytes.copy_from_slice(&v.to_le_bytes()));
+            queue.write_buffer(buffer, 0, &bytes);
+        }
+    }
+}
+
+#[derive(Resource, Default)]
+pub(super) struct PreparedFilters(pub(super) HashMap<AssetId<Image>, Filter>);
+
+pub(super) fn prepare_filters(
+    mut filters: ResMut<PreparedFilters>,
+    environments: Res<ExtractedEnvironments>,
+    pipelines: Res<FilterPipelines>,
+    pipeline_cache: Res<PipelineCache>,
+    images: Res<RenderAssets<GpuImage>>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    filters.0.retain(|diffuse, _| environments.0.iter().any(|environment| environment.diffuse.id() == *diffuse));
+    for environment in &environments.0 {
+        let Some(source) = images.get(&environment.source) else {
+            continue;
+        };
+        let existing = filters.0.get_mut(&environment.diffuse.id());
+        if let Some(filter) = existing
+            && filter.made_from == source.texture_view.id()
+        {
+            filter.move_viewpoint(environment.viewpoint, &queue);
+            continue;
+        }
+        let size = source.texture.size();
+        let is_expected = match environment.shape {
+            SourceShape::Cube(edge) => (edge, edge, 6),
+            SourceShape::Equirect(width) => (width, width / 2, 1),
+        } == (size.width, size.height, size.depth_or_array_layers);
+        if !is_expected {
+            // It has just been resized; the maps follow.
+            filters.0.remove(&environment.diffuse.id());
+            continue;
+        }
+        let maker = FilterMaker { pipelines: &pipelines, cache: &pipeline_cache, device: &device, queue: &queue };
+        if let Some(filter) = maker.make(environment, source, &images) {
+            filters.0.insert(environment.diffuse.id(), filter);
+        }
+    }
+}
+
+struct FilterMaker<'a> {
+    pipelines: &'a FilterPipelines,
+    cache: &'a PipelineCache,
+    device: &'a RenderDevice,
+    queue: &'a RenderQueue,
+}
+
+impl FilterMaker<'_> {
+    /// `None` while a texture is missing.
+    fn make(
+        &self,
+        environment: &FilteredEnvironment,
+        source: &GpuImage,
+        images: &RenderAssets<GpuImage>,
+    ) -> Option<Filter> {
+        let pyramid = images.get(&environment.pyramid)?;
+        let shown = [images.get(&environment.diffuse)?, images.get(&environment.glossy)?];
+        let mut dispatches = Vec::new();
+        let mut viewpoint = None;
+        let cube = match &environment.resampled {
+            Some(resampled) => {
+                let resampled = images.get(resampled)?;
+                let place = environment.viewpoint.unwrap_or_default();
+                let mut buffer = UniformBuffer::from(place);
+                buffer.set_label(Some("mirrorball_environment_viewpoint"));
+                buffer.write_buffer(self.device, self.queue);
+                let buffer = buffer.buffer()?.clone();
+                dispatches.push(self.resample(environment.shape, source, &resampled.texture, &buffer));
+                viewpoint = environment.viewpoint.map(|place| (place, buffer));
+                resampled
+            }
+            None => source,
+        };
+        let (made, publish) = match &environment.draft {
+            Some([diffuse, glossy]) => {
+                let draft = [images.get(diffuse)?, images.get(glossy)?];
+                (draft, draft.iter().zip(shown).map(|(a, b)| (a.texture.clone(), b.texture.clone())).collect())
+            }
+            None => (shown, Vec::new()),
+        };
+        let [diffuse, glossy] = made.map(|image| &image.texture);
+        self.push_pyramid(&cube.texture, pyramid, glossy, &mut dispatches);
+        let blocks = self.device.create_buffer(&BufferDescriptor {
+            label: Some("mirrorball_environment_blocks"),
+            size: u64::from(6 * BLOCK_EDGE * BLOCK_EDGE * BLOCK_BYTES),
+            usage: BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        });
+        // The cube or its pyramid where it has at most this edge length.
+        let level_of = |max_edge: u32| match (cube.texture.width() / max_edge).max(1).ilog2() {
+            0 => texels(&cube.texture, 0),
+            level => texels(&pyramid.texture, level - 1),
+        };
+        dispatches.push(self.dispatch(
+            &self.pipelines.gather_blocks,
+            &[(0, view(&level_of(MAX_GATHER_EDGE))), (8, blocks.as_entire_binding())],
+            texel_groups(BLOCK_EDGE),
+        ));
+        let edge = glossy.width();
+        if edge != cube.texture.width() {
+            let (input, output) = (level_of(edge), texels(glossy, 0));
+            let bindings = [(0, view(&input)), (5, view(&output))];
+            dispatches.push(self.dispatch(&self.pipelines.sharpest, &bindings, texel_groups(edge)));
+        }
+        let capture = dispatches.len();
+        dispatches.push(self.dispatch(
+            &self.pipelines.diffuse,
+            &[(5, view(&texels(diffuse, 0))), (8, blocks.as_entire_binding())],
+            quad_groups(diffuse.width(), 3),
+        ));
+        // Rougher levels first: they are tails of sharper ones.
+        for level in (1..glossy.mip_level_count()).rev() {
+            dispatches.push(self.glossy_level(cube, pyramid, glossy, level, &blocks)?);
+        }
+        let budget = match environment.refresh {
+            Refresh::Budget { dispatches } => dispatches.max(1) as usize,
+            _ => usize::MAX,
+        };
+        Some(Filter {
+            made_from: source.texture_view.id(),
+            source: environment.source.id(),
+            dispatches,
+            viewpoint,
+            capture,
+            budget,
+            publish,
+            progress: environment.progress.clone(),
+            next: 0,
+            answered: None,
+        })
+    }
+
+    fn push_pyramid(&self, cube: &Texture, pyramid: &GpuImage, glossy: &Texture, dispatches: &mut Vec<Dispatch>) {
+        for level in 0..pyramid.texture.mip_level_count() {
+            let groups = texel_groups(pyramid.texture.width() >> level);
+            let coarser = texels(&pyramid.texture, level);
+            dispatches.push(match level.checked_sub(1) {
+                None if glossy.width() == cube.width() && cube.width() == 2 * pyramid.texture.width() => {
+                    let (finer, copy) = (texels(cube, 0), texels(glossy, 0));
+                    let bindings = [(0, view(&finer)), (1, view(&coarser)), (5, view(&copy))];
+                    self.dispatch(&self.pipelines.halve_and_copy, &bindings, groups)
+                }
+                None => {
+                    let finer = texels(cube, 0);
+                    self.dispatch(&self.pipelines.halve, &[(0, view(&finer)), (1, view(&coarser))], groups)
+                }
+                Some(above) => {
+                    let finer = cube_level(&pyramid.texture, above);
+                    let bindings =
+                        [(1, view(&coarser)), (2, view(&finer)), (3, BindingResource::Sampler(&pyramid.sampler))];
+                    self.dispatch(&self.pipelines.smooth_halve, &bindings, groups)
+                }
+            });
+        }
+    }
+
+    fn glossy_level(
+        &self,
+        cube: &GpuImage,
+        pyramid: &GpuImage,
+        glossy: &Texture,
+        level: u32,
+        blocks: &Buffer,
+    ) -> Option<Dispatch> {
+        let last = glossy.mip_level_count() - 1;
+        let alpha = |level: u32| (f64::from(level) / f64::from(last)).powi(2);
+        let edge = glossy.width() >> level;
+        let output = texels(glossy, level);
+        if level == last || edge <= MAX_SUM_EDGE && alpha(level) >= MIN_SUM_ALPHA {
+            let mut alpha = UniformBuffer::from(alpha(level) as f32);
+            alpha.set_label(Some("mirrorball_environment_alpha"));
+            alpha.write_buffer(self.device, self.queue);
+            let bindings = [(5, view(&output)), (8, blocks.as_entire_binding()), (12, alpha.binding()?)];
+            return Some(self.dispatch(&self.pipelines.glossy_sum, &bindings, quad_groups(edge, 6)));
+        }
+        let lobe = lobe::fit(alpha(level), alpha(level + 1), lobe::rings(edge), cube.texture.width(), edge);
+        let mut taps = TapsUniform {
+            count: lobe.taps.len() as u32,
+            coarsest_level: (pyramid.texture.mip_level_count() - 1) as f32,
+            tail: lobe.tail,
+            places: [Vec4::ZERO; MAX_TAPS],
+            shares: [Vec4::ZERO; MAX_TAPS / 4],
+        };
+        for (i, (place, share)) in lobe.taps.into_iter().enumerate() {
+            taps.places[i] = place;
+            taps.shares[i / 4][i % 4] = share;
+        }
+        let mut taps = UniformBuffer::from(taps);
+        taps.set_label(Some("mirrorball_environment_taps"));
+        taps.write_buffer(self.device, self.queue);
+        let whole = pyramid.texture.create_view(&TextureViewDescriptor {
+            label: Some("mirrorball_environment_pyramid"),
+            dimension: Some(TextureViewDimension::Cube),
+            ..default()
+        });
+        let rougher = cube_level(glossy, level + 1);
+        let bindings = [
+            (3, BindingResource::Sampler(&pyramid.sampler)),
+            (4, view(&whole)),
+            (5, view(&output)),
+            (6, taps.binding()?),
+            (7, view(&rougher)),
+        ];
+        Some(self.dispatch(&self.pipelines.glossy_taps, &bindings, texel_groups(edge)))
+    }
+
+    fn resample(&self, shape: SourceShape, source: &GpuImage, cube: &Texture, viewpoint: &Buffer) -> Dispatch {
+        let picture = |dimension| {
+            source.texture.create_view(&TextureViewDescriptor {
+                label: Some("mirrorball_environment_source"),
+                dimension: Some(dimension),
+                mip_level_count: Some(1),
+                ..default()
+            })
+        };
+        let output = texels(cube, 0);
+        let groups = texel_groups(cube.width());
+        match shape {
+            SourceShape::Equirect(_) => {
+                let picture = picture(TextureViewDimension::D2);
+                let bindings = [(1, view(&output)), (9, view(&picture)), (13, viewpoint.as_entire_binding())];
+                self.dispatch(&self.pipelines.resample_equirect, &bindings, groups)
+            }
+            SourceShape::Cube(_) => {
+                let picture = picture(TextureViewDimension::Cube);
+                let bindings = [
+                    (1, view(&output)),
+                    (10, view(&picture)),
+                    (11, BindingResource::Sampler(&source.sampler)),
+                    (13, viewpoint.as_entire_binding()),
+                ];
+                self.dispatch(&self.pipelines.resample_cube, &bindings, groups)
+            }
+        }
+    }
+
+    fn dispatch(&self, step: &Step, bindings: &[(u32, BindingResource)], groups: UVec3) -> Dispatch {
+        let entries: Vec<_> = bindings
+            .iter()
+            .map(|(binding, resource)| BindGroupEntry { binding: *binding, resource: resource.clone() })
+            .collect();
+        let layout = self.cache.get_bind_group_layout(&step.layout);
+        let bind_group = self.device.create_bind_group("mirrorball_environment_bind_group", &layout, &entries);
+        Dispatch { pipeline: step.id, bind_group, groups }
+    }
+}
+
+fn view(view: &TextureView) -> BindingResource<'_> {
+    BindingResource::TextureView(view)
+}
+
+/// One level of a cube as an array of six layers.
+fn texels(texture: &Texture, level: u32) -> TextureView {
+    single_level(texture, level, TextureViewDimension::D2Array)
+}
+
+/// One level of a cube, by direction.
+fn cube_level(texture: &Texture, level: u32) -> TextureView {
+    single_level(texture, level, TextureViewDimension::Cube)
+}
+
+fn single_level(texture: &Texture, level: u32, dimension: TextureViewDimension) -> TextureView {
+    texture.create_view(&TextureViewDescriptor {
+        label: Some("mirrorball_environment_level"),
+        dimension: Some(dimension),
+        base_mip_level: level,
+        mip_level_count: Some(1),
+        ..default()
+    })
+}

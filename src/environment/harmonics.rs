@@ -1,0 +1,120 @@
+//! Environments as nine numbers a channel: spherical harmonics up to order 2, for code on the CPU.
+//!
+//! They hold the irradiance of an environment without strong lamps to about 1 % (Ramamoorthi & Hanrahan 2001) and miss
+//! several percent under lamps; what is drawn uses the filtered maps instead.
+
+use super::CubePixels;
+use bevy::prelude::*;
+use std::f32::consts::PI;
+
+/// Radiance by direction, up to order 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EnvironmentHarmonics {
+    /// Linear red, green and blue for each of the real spherical harmonics 1, y, z, x, xy, yz, 3z² − 1, xz, x² − y² (orthonormal;
+    /// world axes).
+    pub coefficients: [Vec3; 9],
+}
+
+/// Mean of the cosine lobe over each order, relative to radiance.
+const COSINE: [f32; 3] = [1.0, 2.0 / 3.0, 0.25];
+
+impl EnvironmentHarmonics {
+    /// The real spherical harmonics up to order 2 in a unit direction.
+    pub fn basis(dir: Vec3) -> [f32; 9] {
+        let Vec3 { x, y, z } = dir;
+        let constant = 0.5 / PI.sqrt();
+        let (linear, product) = (3.0_f32.sqrt() * constant, 15.0_f32.sqrt() * constant);
+        [
+            constant,
+            linear * y,
+            linear * z,
+            linear * x,
+            product * x * y,
+            product * y * z,
+            0.5 * 5.0_f32.sqrt() * constant * (3.0 * z * z - 1.0),
+            product * x * z,
+            0.5 * product * (x * x - y * y),
+        ]
+    }
+
+    /// Radiance from a unit world direction; may be negative beside bright lamps.
+    pub fn radiance(&self, dir_world: Vec3) -> Vec3 {
+        self.sum(dir_world, [1.0; 3])
+    }
+
+    /// Irradiance ÷ π on a surface with this unit normal: what a white matte surface shows; not below 0.
+    pub fn diffuse(&self, normal_world: Vec3) -> Vec3 {
+        self.sum(normal_world, COSINE).max(Vec3::ZERO)
+    }
+
+    /// Where most light comes from, by luminance: a unit direction, or `None` if it comes from everywhere alike.
+    pub fn dominant_direction(&self) -> Option<Vec3> {
+        let luminance = |i: usize| self.coefficients[i].dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        Vec3::new(luminance(3), luminance(1), luminance(2)).try_normalize()
+    }
+
+    fn sum(&self, dir: Vec3, orders: [f32; 3]) -> Vec3 {
+        let basis = Self::basis(dir);
+        (0..9).map(|i| self.coefficients[i] * basis[i] * orders[usize::from(i > 0) + usize::from(i > 3)]).sum()
+    }
+}
+
+impl CubePixels {
+    /// Projects the cube onto spherical harmonics.
+    pub fn harmonics(&self) -> EnvironmentHarmonics {
+        let mut coefficients = [Vec3::ZERO; 9];
+        let mut whole = 0.0;
+        let edge = self.edge.max(1);
+        for (i, texel) in (0u32..).zip(&self.texels) {
+            let at = (UVec2::new(i % edge, i / edge % edge).as_vec2() + 0.5) * (2.0 / edge as f32) - 1.0;
+            let angle = (1.0 + at.length_squared()).powf(-1.5);
+            let basis = EnvironmentHarmonics::basis(super::equirect::face_direction(i / (edge * edge), at));
+            for (coefficient, basis) in coefficients.iter_mut().zip(basis) {
+                *coefficient += texel * (angle * basis);
+            }
+            whole += angle;
+        }
+        // A texel's solid angle is its share of the sphere.
+        let norm = if whole > 0.0 { 4.0 * PI / whole } else { 0.0 };
+        EnvironmentHarmonics { coefficients: coefficients.map(|coefficient| coefficient * norm) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::environment::equirect_direction;
+
+    fn directions() -> impl Iterator<Item = Vec3> {
+        (0..60).map(|i| equirect_direction(Vec2::new((i as f32 * 0.618_034).fract(), (i as f32 + 0.5) / 60.0)))
+    }
+
+    fn cube(radiance: impl Fn(Vec3) -> Vec3) -> CubePixels {
+        let edge = 32;
+        let texels = (0..6 * edge * edge).map(|i| {
+            let at = (UVec2::new(i % edge, i / edge % edge).as_vec2() + 0.5) * (2.0 / edge as f32) - 1.0;
+            radiance(crate::environment::equirect::face_direction(i / (edge * edge), at))
+        });
+        CubePixels { edge, texels: texels.collect() }
+    }
+
+    #[test]
+    fn what_is_of_order_two_is_kept_and_its_irradiance_is_known() {
+        // 2 + d has ⅔ of its slope as irradiance ÷ π, x² − y² a quarter.
+        let harmonics = cube(|d| 2.0 + d + Vec3::splat(d.x * d.x - d.y * d.y)).harmonics();
+        for d in directions() {
+            let radiance = 2.0 + d + Vec3::splat(d.x * d.x - d.y * d.y);
+            let diffuse = 2.0 + d * (2.0 / 3.0) + Vec3::splat(0.25 * (d.x * d.x - d.y * d.y));
+            assert!(harmonics.radiance(d).distance(radiance) < 5e-3, "{d}");
+            assert!(harmonics.diffuse(d).distance(diffuse) < 5e-3, "{d}");
+        }
+    }
+
+    #[test]
+    fn most_light_comes_from_the_lamp() {
+        let lamp = Vec3::new(0.3, 0.8, -0.5).normalize();
+        let harmonics = cube(|d| Vec3::splat(if d.dot(lamp) > 0.95 { 30.0 } else { 0.1 })).harmonics();
+        assert!(harmonics.dominant_direction().is_some_and(|dir| dir.dot(lamp) > 0.999));
+        assert_eq!(cube(|_| Vec3::ZERO).harmonics().dominant_direction(), None);
+    }
+}

@@ -1,0 +1,99 @@
+//! Reflections near a desk: the environment as it looks from where an object stands.
+
+use super::FilteredEnvironment;
+use bevy::prelude::*;
+
+/// Looks at the [`LiveEnvironment`](super::LiveEnvironment) beside it from this entity's own place: put both on a
+/// [`LightProbe`].
+///
+/// An environment is right only where it was captured, at the ball. What is on the desk is near: an object beside the ball
+/// mirrors another part of it. Directions that meet the desk are therefore looked up where that place of the desk was seen
+/// when the environment was captured; all others are taken for far away. Things that stand on the desk in the picture are
+/// flattened onto it. Bevy's own parallax correction takes a box around the probe for the room, whose middle has to be the
+/// point of capture, so that a ball on a desk makes a box as low as the ball; switch it off on such probes
+/// (`ParallaxCorrection::None`), as [`DeskParallax`] requires by default.
+///
+/// The maps are made for one place: they cost one more filter for each probe that has this, and are made anew when it moves.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_mirrorball::environment::{DeskParallax, LiveEnvironment};
+///
+/// fn beside_the_ball(mut commands: Commands, cube: Handle<Image>, ball: Vec3) {
+///     commands.spawn((
+///         LightProbe::default(),
+///         LiveEnvironment::new(cube),
+///         DeskParallax { captured_from: ball, height: 0.0 },
+///         Transform::from_xyz(0.3, 0.1, 0.0).with_scale(Vec3::splat(0.2)),
+///     ));
+/// }
+/// ```
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Debug, Clone, PartialEq)]
+#[require(bevy::light::ParallaxCorrection::None)]
+pub struct DeskParallax {
+    /// Where the environment was captured, world, metres: the center of the ball. Has to be above the desk.
+    pub captured_from: Vec3,
+    /// The desk's height, world y in metres. Probes below it see the environment as it is.
+    pub height: f32,
+}
+
+/// Movements below this, in metres, are none.
+const STANDSTILL: f32 = 1e-4;
+
+impl DeskParallax {
+    /// The eye relative to the point of capture, and in w the desk's height relative to it; zeros leave directions as they are.
+    pub(super) fn viewpoint(&self, eye: Vec3) -> Vec4 {
+        let (eye, height) = (eye - self.captured_from, self.height - self.captured_from.y);
+        let is_above = height < 0.0 && eye.y > height && eye.is_finite();
+        if is_above { eye.extend(height) } else { Vec4::ZERO }
+    }
+}
+
+/// The direction in which the place that is seen in a direction was captured: twin of `captured_direction` in
+/// `filter_pass.wgsl`.
+#[cfg(test)]
+fn captured_direction(dir_world: Vec3, viewpoint: Vec4) -> Vec3 {
+    let (eye, height) = (viewpoint.truncate(), viewpoint.w);
+    let down = (-dir_world.y).max(0.0);
+    (dir_world * (eye.y - height) + eye * down).try_normalize().unwrap_or(dir_world)
+}
+
+type Viewer = (&'static DeskParallax, &'static GlobalTransform, &'static mut FilteredEnvironment);
+
+pub(super) fn follow_viewpoints(mut viewers: Query<Viewer>) {
+    for (parallax, place, mut maps) in &mut viewers {
+        let viewpoint = parallax.viewpoint(place.translation());
+        if maps.viewpoint.is_none_or(|old| old.distance(viewpoint) > STANDSTILL) {
+            maps.viewpoint = Some(viewpoint);
+            maps.request_refresh();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_desk_is_where_it_is_and_the_sky_stays() {
+        let ball = Vec3::new(0.2, 0.05, 0.0);
+        let viewpoint = DeskParallax { captured_from: ball, height: 0.0 }.viewpoint(Vec3::new(0.5, 0.1, 0.3));
+        // Straight down from the eye: the place below it, from the ball.
+        let expected = (Vec3::new(0.5, 0.0, 0.3) - ball).normalize();
+        assert!(captured_direction(Vec3::NEG_Y, viewpoint).distance(expected) < 1e-6);
+        let up = Vec3::new(0.6, 0.8, 0.0);
+        assert!(captured_direction(up, viewpoint).distance(up) < 1e-6);
+        let level = Vec3::new(1.0, -1e-6, 0.0).normalize();
+        assert!(captured_direction(level, viewpoint).distance(level) < 1e-4, "no step at the horizon");
+    }
+
+    #[test]
+    fn from_below_the_desk_and_from_the_ball_itself_nothing_changes() {
+        let parallax = DeskParallax { captured_from: Vec3::new(0.2, 0.05, 0.0), height: 0.0 };
+        assert_eq!(parallax.viewpoint(Vec3::new(0.0, -0.1, 0.0)), Vec4::ZERO);
+        let viewpoint = parallax.viewpoint(parallax.captured_from);
+        let down = Vec3::new(0.6, -0.8, 0.0);
+        assert!(captured_direction(down, viewpoint).distance(down) < 1e-6);
+    }
+}

@@ -1,0 +1,76 @@
+//! Layouts and pipelines of the environment filter.
+
+use super::filter::TapsUniform;
+use bevy::{
+    asset::load_embedded_asset,
+    prelude::*,
+    render::render_resource::{
+        BindGroupLayoutDescriptor, BindGroupLayoutEntryBuilder, CachedComputePipelineId, ComputePipelineDescriptor,
+        PipelineCache, SamplerBindingType, ShaderStages, StorageTextureAccess, TextureFormat, TextureSampleType,
+        binding_types::{
+            sampler, storage_buffer_sized, texture_2d, texture_2d_array, texture_cube, texture_storage_2d_array,
+            uniform_buffer,
+        },
+    },
+};
+
+/// A pipeline and the layout of its only bind group.
+pub(super) struct Step {
+    pub(super) id: CachedComputePipelineId,
+    pub(super) layout: BindGroupLayoutDescriptor,
+}
+
+#[derive(Resource)]
+pub(super) struct FilterPipelines {
+    pub(super) halve: Step,
+    pub(super) halve_and_copy: Step,
+    pub(super) smooth_halve: Step,
+    pub(super) gather_blocks: Step,
+    pub(super) diffuse: Step,
+    pub(super) sharpest: Step,
+    pub(super) glossy_taps: Step,
+    pub(super) glossy_sum: Step,
+    pub(super) resample_equirect: Step,
+    pub(super) resample_cube: Step,
+}
+
+pub(super) fn init_filter_pipelines(
+    mut commands: Commands,
+    asset_server: Res<AssetServer>,
+    pipeline_cache: Res<PipelineCache>,
+) {
+    let output = texture_storage_2d_array(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
+    let texels = texture_2d_array(TextureSampleType::Float { filterable: false });
+    let cube = texture_cube(TextureSampleType::Float { filterable: true });
+    let filtering = sampler(SamplerBindingType::Filtering);
+    let blocks = storage_buffer_sized(false, None);
+    let shader = load_embedded_asset!(asset_server.as_ref(), "filter_pass.wgsl");
+    let step = |entry_point: &'static str, bindings: &[(u32, BindGroupLayoutEntryBuilder)]| {
+        let entries: Vec<_> =
+            bindings.iter().map(|(binding, entry)| entry.build(*binding, ShaderStages::COMPUTE)).collect();
+        let layout = BindGroupLayoutDescriptor::new(format!("mirrorball_environment_{entry_point}_layout"), &entries);
+        let id = pipeline_cache.queue_compute_pipeline(ComputePipelineDescriptor {
+            label: Some(format!("mirrorball_environment_{entry_point}").into()),
+            layout: vec![layout.clone()],
+            shader: shader.clone(),
+            entry_point: Some(entry_point.into()),
+            ..default()
+        });
+        Step { id, layout }
+    };
+    let taps = uniform_buffer::<TapsUniform>(false);
+    let viewpoint = uniform_buffer::<Vec4>(false);
+    let equirect = texture_2d(TextureSampleType::Float { filterable: false });
+    commands.insert_resource(FilterPipelines {
+        halve: step("halve", &[(0, texels), (1, output)]),
+        halve_and_copy: step("halve_and_copy", &[(0, texels), (1, output), (5, output)]),
+        smooth_halve: step("smooth_halve", &[(1, output), (2, cube), (3, filtering)]),
+        gather_blocks: step("gather_blocks", &[(0, texels), (8, blocks)]),
+        diffuse: step("diffuse", &[(5, output), (8, blocks)]),
+        sharpest: step("sharpest", &[(0, texels), (5, output)]),
+        glossy_taps: step("glossy_taps", &[(3, filtering), (4, cube), (5, output), (6, taps), (7, cube)]),
+        glossy_sum: step("glossy_sum", &[(5, output), (8, blocks), (12, uniform_buffer::<f32>(false))]),
+        resample_equirect: step("resample_equirect", &[(1, output), (9, equirect), (13, viewpoint)]),
+        resample_cube: step("resample_cube", &[(1, output), (10, cube), (11, filtering), (13, viewpoint)]),
+    });
+}
