@@ -205,7 +205,8 @@ fn desk_folder() -> Option<PathBuf> {
 
 /// What `desk.glb` says, node by node.
 fn desk_components() -> Vec<(usize, &'static str, Vec<AuthoredComponent>)> {
-    let phantom = |casts, receives| vec![AuthoredComponent::PhantomObject(PhantomObject { casts, receives })];
+    let phantom =
+        |casts, receives| vec![AuthoredComponent::PhantomObject(PhantomObject { casts, receives, ..default() })];
     vec![
         (
             0,

@@ -1,14 +1,14 @@
 //! Light the camera clipped, recovered from what stands on the desk, and the lights in it. Needs no GPU.
 
 mod shared_data;
+mod traced_desk;
 mod truth;
 
-use bevy::{asset::RenderAssetUsages, math::Affine3A, mesh::PrimitiveTopology, prelude::*};
+use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     lighting::{
-        DeskPicture, LightingPlugin, MirrorBall, Paper, RealLight, RecoveredLight, SelfCheck, SolvedLight, SolverCache,
-        solve_light,
+        DeskPicture, LightingPlugin, RealLight, RecoveredLight, SelfCheck, SolvedLight, SolverCache, solve_light,
     },
     prelude::*,
     probe::ProbePlugin,
@@ -16,6 +16,7 @@ use bevy_mirrorball::{
     tracking::TrackingPlugin,
 };
 use std::{path::Path, sync::Arc};
+use traced_desk::{Lamp, Tent, TracedDesk};
 use truth::{ROOMS, TrueSky, desk_picture, phantom_meshes, sidecar, vector};
 
 /// Most that irradiance at the marker may be off, per channel, where the paper is not clipped.
@@ -126,75 +127,10 @@ fn energies_hardly_vary_with_the_noise_of_the_camera() {
     }
 }
 
-/// So far from the marker that its shadow and its mirror light do not reach the paper.
-const BALL: MirrorBall = MirrorBall { center: Vec3::new(0.30, 0.05, 0.05), radius: 0.05, reflectance: 0.9 };
-/// Radiance of the paper in ray-traced pictures, camera units.
-const PAPER: f32 = 0.7;
-
-/// A marker's paper and a ball on an endless gray desk, ray-traced under some environment. The picture is exposed for the paper.
-fn ray_traced(environment: impl Fn(Vec3) -> Vec3) -> DeskPicture {
-    const SUBPIXELS: u32 = 4;
-    let size = UVec2::new(480, 270);
-    let intrinsics = Intrinsics { focal: Vec2::splat(492.0), center: size.as_vec2() / 2.0, size };
-    let pose = Transform::from_xyz(-0.05, 0.36, -0.42).looking_at(Vec3::new(0.15, 0.02, 0.02), Vec3::Y);
-    let eye = pose.translation;
-    let count = 200_000;
-    let cosine_sum: Vec3 = upper_hemisphere(count).map(|dir| environment(dir) * dir.y).sum();
-    let white = cosine_sum * 2.0 / count as f32;
-    let exposure = PAPER / (0.8 * white.max_element());
-    let (paper, desk) = (0.8 * exposure * white, 0.3 * exposure * white);
-    let radiance = |ray: Vec3| {
-        let to_ball = BALL.center - eye;
-        let along = to_ball.dot(ray);
-        let beside = along * along - to_ball.length_squared() + BALL.radius * BALL.radius;
-        if beside > 0.0 {
-            let normal = (ray * (along - beside.sqrt()) - to_ball).normalize();
-            let mirrored = ray.reflect(normal);
-            let light = if mirrored.y > 0.0 { exposure * environment(mirrored) } else { desk };
-            return BALL.reflectance * light;
-        }
-        if ray.y >= 0.0 {
-            return exposure * environment(ray);
-        }
-        let on_desk = eye - ray * (eye.y / ray.y);
-        if on_desk.x.abs().max(on_desk.z.abs()) < 0.0625 { paper } else { desk }
-    };
-    let rgba = (0..size.x * size.y).flat_map(|i| {
-        let corner = Vec2::new((i % size.x) as f32, (i / size.x) as f32);
-        let rays = (0..SUBPIXELS * SUBPIXELS).map(|k| {
-            let inside = (Vec2::new((k % SUBPIXELS) as f32, (k / SUBPIXELS) as f32) + 0.5) / SUBPIXELS as f32;
-            radiance(pose.rotation * intrinsics.ray(corner + inside))
-        });
-        // The sensor clips what has been gathered, not rays: a sun smaller than a pixel clips it.
-        let mean = (rays.sum::<Vec3>() / (SUBPIXELS * SUBPIXELS) as f32).min(Vec3::ONE);
-        let srgb = Color::linear_rgb(mean.x, mean.y, mean.z).to_srgba().to_u8_array();
-        [srgb[0], srgb[1], srgb[2], 255]
-    });
-    DeskPicture {
-        frame: Arc::new(FramePixels::new(size, rgba.collect()).expect("four bytes a pixel")),
-        intrinsics,
-        camera_from_world: pose.compute_affine().inverse(),
-        ball: BALL,
-        papers: vec![Paper { world_from_marker: Affine3A::IDENTITY, size: 0.1, reflectance: 0.8 }],
-        phantoms: Arc::default(),
-        max_gain: 1000.0,
-    }
-}
-
-/// Directions spread evenly over the upper hemisphere (Fibonacci lattice).
-fn upper_hemisphere(count: usize) -> impl Iterator<Item = Vec3> {
-    (0..count).map(move |i| {
-        let y = (i as f32 + 0.5) / count as f32;
-        let (sin, cos) = (i as f64 * 2.399_963_229_728_653).sin_cos();
-        let across = (1.0 - y * y).sqrt();
-        Vec3::new(across * cos as f32, y, across * sin as f32)
-    })
-}
-
 #[test]
 fn the_suns_of_ray_traced_balls_are_found_and_none_is_invented() {
     let found = |environment: &dyn Fn(Vec3) -> Vec3| {
-        let picture = ray_traced(environment);
+        let picture = TracedDesk::new(environment).picture();
         let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
         solved.lights()
     };
@@ -217,6 +153,39 @@ fn the_suns_of_ray_traced_balls_are_found_and_none_is_invented() {
         println!("sun {degrees:.2}° off");
         assert!(degrees <= KEY_LIGHT_DEGREES);
     }
+}
+
+/// A lamp's irradiance at a surface that faces it, as solved: that of everything within 15° of it.
+fn irradiance_from(solved: &SolvedLight, direction: Vec3) -> f32 {
+    let near = solved.sky().filter(|(dir, ..)| dir.angle_between(direction) < 15_f32.to_radians());
+    near.map(|(_, solid_angle, radiance)| radiance.element_sum() / 3.0 * solid_angle).sum()
+}
+
+/// Most that folded paper leaves of a lamp's error.
+const TENT_TOLERANCE: f32 = 0.1;
+
+#[test]
+fn folded_paper_tells_two_lamps_apart_that_flat_paper_cannot() {
+    let sky = |_: Vec3| Vec3::splat(0.3);
+    let lamps = [(Vec3::new(1.0, 0.75, 0.2), 90.0), (Vec3::new(-1.0, 0.75, 0.2), 30.0)];
+    let mut desk = TracedDesk::new(&sky);
+    desk.lamps = lamps.map(|(dir, radiance)| Lamp::far(dir, 0.12, Vec3::splat(radiance))).to_vec();
+    desk.target.x = 0.07;
+    let tent =
+        Tent { foot: Vec3::new(-0.15, 0.0, 0.02), ridge: Vec3::Z, size: Vec3::new(0.1, 0.06, 0.035), reflectance: 0.6 };
+    desk.tents = vec![tent];
+    let alone = desk.picture();
+    let with_tent = DeskPicture { phantoms: Arc::new(vec![tent.solid(true)]), ..alone.clone() };
+    let off = [alone, with_tent].map(|picture| {
+        let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
+        lamps.map(|(dir, radiance)| {
+            let truth = std::f32::consts::PI * 0.12_f32.sin().powi(2) * radiance * desk.exposure();
+            irradiance_from(&solved, dir.normalize()) / truth - 1.0
+        })
+    });
+    println!("lamps off: paper alone {:.3?}, with a tent {:.3?}", off[0], off[1]);
+    assert!(off[0].iter().any(|off| off.abs() > 3.0 * TENT_TOLERANCE), "the scene is no test: {:?}", off[0]);
+    assert!(off[1].iter().all(|off| off.abs() <= TENT_TOLERANCE), "{:?}", off[1]);
 }
 
 const CLIP: &str = "assets/desk_clip";
@@ -243,7 +212,7 @@ fn the_moving_lamp_of_the_recorded_desk_is_followed_as_one_light() {
         let mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
             .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions);
         let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
-        let role = PhantomObject { casts: phantom.casts, receives: phantom.receives };
+        let role = PhantomObject { casts: phantom.casts, receives: phantom.receives, ..default() };
         app.world_mut().spawn((Mesh3d(mesh), role));
     }
     let mut degrees = Vec::new();

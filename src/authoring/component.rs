@@ -2,7 +2,7 @@
 
 use super::{
     error::ExtrasProblem,
-    fields::{Fields, Flag, HexColor, Pixels, Positive, Whole, Word, quoted, shown},
+    fields::{Albedo, Fields, Flag, HexColor, Pixels, Positive, Whole, Word, quoted, shown},
 };
 use crate::{
     materials::{SurfaceStyle, ToonStyle},
@@ -136,13 +136,14 @@ impl FromExtras for LightProbeSphere {
 }
 
 impl FromExtras for PhantomObject {
-    const EXAMPLE: &'static str = r#"{"casts": true, "receives": true}"#;
+    const EXAMPLE: &'static str = r#"{"casts": true, "receives": true, "reflectance": [0.8, 0.8, 0.8]}"#;
 
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         let default = Self::default();
         Some(Self {
             casts: fields.optional("casts", Flag).unwrap_or(default.casts),
             receives: fields.optional("receives", Flag).unwrap_or(default.receives),
+            reflectance: fields.optional("reflectance", Albedo),
         })
     }
 }

@@ -35,7 +35,7 @@ impl ParsedExtras {
 ///
 /// let desk = NodeContext::new("desk.glb", "table");
 /// let parsed = parse_node_extras(r#"{"PhantomObject": {"casts": false}, "cycles": 1}"#, &desk);
-/// let phantom = PhantomObject { casts: false, receives: true };
+/// let phantom = PhantomObject { casts: false, ..Default::default() };
 /// assert_eq!(parsed.components, [AuthoredComponent::PhantomObject(phantom)]);
 ///
 /// let parsed = parse_node_extras(r#"{"PhantomObject": {"casts": 0}}"#, &desk);
@@ -114,7 +114,7 @@ mod tests {
             "ShadowDomeLight": {"directions": 16, "resolution": 100}}"#;
         let expected = [
             AuthoredComponent::LightProbeSphere(LightProbeSphere { radius: 0.03, reflectance: 0.65 }),
-            AuthoredComponent::PhantomObject(PhantomObject { casts: true, receives: false }),
+            AuthoredComponent::PhantomObject(PhantomObject { receives: false, ..PhantomObject::default() }),
             AuthoredComponent::ShadowDomeLight(ShadowDomeLight { directions: 16, resolution: 100 }),
         ];
         assert_eq!(parse(json).into_result().expect("no mistake"), expected);

@@ -75,6 +75,13 @@ pub(super) fn collect_phantoms(
     let solids = found.iter().filter_map(|(mesh, transform, phantom)| {
         let mut solid = PhantomSolid::from_mesh(meshes.get(*mesh)?, transform).filter(|solid| !is_ball(solid))?;
         (solid.casts, solid.receives) = (phantom.casts, phantom.receives);
+        solid.reflectance = phantom.reflectance.filter(|reflectance| {
+            let is_valid = reflectance.cmpgt(Vec3::ZERO).all() && reflectance.cmple(Vec3::ONE).all();
+            if !is_valid {
+                warn!("PhantomObject.reflectance is {reflectance}, which is ignored; each channel has to be above 0 and at most 1");
+            }
+            is_valid
+        });
         Some(solid)
     });
     desk.solids = Arc::new(solids.collect());
