@@ -8,10 +8,11 @@ use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     lighting::{
-        DeskPicture, LightingPlugin, RealLight, RecoveredLight, SelfCheck, SolvedLight, SolverCache, solve_light,
+        DeskPicture, LightingPlugin, MirrorBall, RealLight, RecoveredLight, SelfCheck, SolvedLight, SolverCache,
+        solve_light,
     },
     prelude::*,
-    probe::ProbePlugin,
+    probe::{BallSurface, ProbePlugin},
     stage::StagePlugin,
     tracking::TrackingPlugin,
 };
@@ -186,6 +187,42 @@ fn folded_paper_tells_two_lamps_apart_that_flat_paper_cannot() {
     println!("lamps off: paper alone {:.3?}, with a tent {:.3?}", off[0], off[1]);
     assert!(off[0].iter().any(|off| off.abs() > 3.0 * TENT_TOLERANCE), "the scene is no test: {:?}", off[0]);
     assert!(off[1].iter().all(|off| off.abs() <= TENT_TOLERANCE), "{:?}", off[1]);
+}
+
+/// Most that irradiance at tilted surfaces may be off with a dark ball beside the bright one, desk unseen.
+const DARK_BALL_TOLERANCE: f32 = 0.1;
+
+#[test]
+fn a_dark_ball_tells_how_bright_the_lamps_are_without_the_desk() {
+    let sky = |dir: Vec3| Vec3::new(0.25, 0.3, 0.4) * (0.5 + 0.5 * dir.y);
+    let lamps = [
+        (Vec3::new(1.0, 0.75, 0.2), Vec3::new(18.0, 15.0, 12.0)),
+        (Vec3::new(-1.0, 0.75, 0.2), Vec3::splat(6.0)),
+        (Vec3::new(0.85, 0.25, 0.5), Vec3::new(4.0, 6.0, 8.0)),
+    ];
+    let center = Vec3::new(0.17, 0.035, 0.16);
+    for surface in [BallSurface::Mirror, BallSurface::Dielectric] {
+        let mut desk = TracedDesk::new(&sky);
+        desk.lamps = lamps.map(|(dir, radiance)| Lamp::far(dir, 0.16, radiance)).to_vec();
+        desk.balls.push(MirrorBall { center, radius: 0.035, reflectance: 0.04, surface });
+        let both = desk.picture();
+        let alone = DeskPicture { other_balls: Vec::new(), ..both.clone() };
+        let off = [alone, both].map(|picture| {
+            let solved = solve_light(&picture, &mut SolverCache::default()).expect("balls and paper are in view");
+            println!("{surface:?}: {} of {} regions read in the dark ball", solved.dark_readings, solved.regions.len());
+            normals().map(|normal| {
+                let truth = desk.irradiance_from_above(normal);
+                ((irradiance_from_above(&solved, normal) - truth) / truth).abs().max_element()
+            })
+        });
+        println!(
+            "{surface:?}: off at seven tilted normals and the marker's: alone {:.3?}, with the dark ball {:.3?}",
+            off[0], off[1]
+        );
+        let worst = |off: [f32; 8]| off.into_iter().fold(0.0, f32::max);
+        assert!(worst(off[0]) > 2.0 * DARK_BALL_TOLERANCE, "the scene is no test");
+        assert!(worst(off[1]) <= DARK_BALL_TOLERANCE);
+    }
 }
 
 const CLIP: &str = "assets/desk_clip";

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     materials::{SurfaceStyle, ToonStyle},
-    probe::LightProbeSphere,
+    probe::{BallSurface, LightProbeSphere},
     shadows::ShadowDomeLight,
     stage::PhantomObject,
     tracking::{MarkerAnchor, WorldOrigin},
@@ -124,13 +124,17 @@ impl FromExtras for WorldOrigin {
 }
 
 impl FromExtras for LightProbeSphere {
-    const EXAMPLE: &'static str = r#"{"radius": 0.05, "reflectance": 0.9}"#;
+    const EXAMPLE: &'static str = r#"{"radius": 0.05, "reflectance": 0.9, "surface": "Mirror"}"#;
 
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         let default = Self::default();
         Some(Self {
             radius: fields.optional("radius", Positive::METRES).unwrap_or(default.radius),
             reflectance: fields.optional("reflectance", Positive::SHARE).unwrap_or(default.reflectance),
+            surface: match fields.optional("surface", Word(&["Mirror", "Dielectric"])) {
+                Some("Dielectric") => BallSurface::Dielectric,
+                _ => default.surface,
+            },
         })
     }
 }

@@ -113,7 +113,11 @@ mod tests {
         let json = r#"{"LightProbeSphere": {"radius": 0.03, "reflectance": 0.65}, "PhantomObject": {"receives": false},
             "ShadowDomeLight": {"directions": 16, "resolution": 100}}"#;
         let expected = [
-            AuthoredComponent::LightProbeSphere(LightProbeSphere { radius: 0.03, reflectance: 0.65 }),
+            AuthoredComponent::LightProbeSphere(LightProbeSphere {
+                radius: 0.03,
+                reflectance: 0.65,
+                ..Default::default()
+            }),
             AuthoredComponent::PhantomObject(PhantomObject { receives: false, ..PhantomObject::default() }),
             AuthoredComponent::ShadowDomeLight(ShadowDomeLight { directions: 16, resolution: 100 }),
         ];
@@ -155,7 +159,7 @@ mod tests {
         assert_eq!(of_ball("Radius"), r#"LightProbeSphere.Radius is unknown; rename it to "radius" or remove it"#);
         assert_eq!(
             of_ball("diameter"),
-            "LightProbeSphere.diameter is unknown; remove it, the fields are radius, reflectance"
+            "LightProbeSphere.diameter is unknown; remove it, the fields are radius, reflectance, surface"
         );
         assert_eq!(
             complaint(r#"{"WorldOrigin": {"id": 0}}"#),

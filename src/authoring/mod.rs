@@ -9,7 +9,7 @@
 //! |---|---|
 //! | `{"MarkerAnchor": {"id": 0, "size": 0.1, "family": "tag36h11"}}` | [`MarkerAnchor`]; `id` and `size` are mandatory |
 //! | `{"WorldOrigin": {}}` | [`WorldOrigin`] |
-//! | `{"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9}}` | [`LightProbeSphere`] |
+//! | `{"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9, "surface": "Mirror"}}` | [`LightProbeSphere`]; or `"Dielectric"` |
 //! | `{"PhantomObject": {"casts": true, "receives": true, "reflectance": 0.8}}` | [`PhantomObject`]; the reflectance, where known, may be `[r, g, b]`, linear |
 //! | `{"ShadowDomeLight": {"directions": 64, "resolution": 256}}` | [`ShadowDomeLight`] |
 //! | `{"SurfaceStyle": "Toon"}`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and all below it |

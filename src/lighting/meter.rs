@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     camera::{FramePixels, Intrinsics},
-    probe::BallView,
+    probe::{BallSurface, BallView},
 };
 use bevy::{math::Affine3A, prelude::*};
 use std::f32::consts::PI;
@@ -29,8 +29,10 @@ pub struct MirrorBall {
     pub center: Vec3,
     /// Radius in metres.
     pub radius: f32,
-    /// Share of light it mirrors, 0…1.
+    /// Share of light it mirrors, 0…1; perpendicular to its surface if that depends on the angle.
     pub reflectance: f32,
+    /// Whether it does.
+    pub surface: BallSurface,
 }
 
 /// What a point belongs to.
@@ -62,7 +64,7 @@ pub(super) struct Meter {
 /// What stands on the desk.
 #[derive(Clone, Copy)]
 pub(super) struct Desk<'a> {
-    pub ball: MirrorBall,
+    pub balls: &'a [MirrorBall],
     pub papers: &'a [Paper],
     pub phantoms: &'a [PhantomSolid],
 }
@@ -102,13 +104,15 @@ impl Meter {
     fn trace(&mut self, i: usize, desk: Desk, sky: &[SkyCell]) {
         let point = self.points[i];
         let origin = point.pos_world + SURFACE_OFFSET * point.normal_world;
-        let to_ball = desk.ball.center - origin;
-        let mirrored = MirroredSky::new(to_ball, desk.ball);
+        let mirrored: Vec<MirroredSky> =
+            desk.balls.iter().filter_map(|ball| MirroredSky::new(ball.center - origin, *ball)).collect();
         let mut hidden = vec![0.0_f32; desk.phantoms.len()];
         for cell in sky {
             let cosine = cell.dir_world.dot(point.normal_world);
             let mut weight = 0.0;
-            if cosine > 0.0 && !sphere_is_hit(to_ball, desk.ball.radius, cell.dir_world) {
+            let is_behind_ball =
+                || desk.balls.iter().any(|ball| sphere_is_hit(ball.center - origin, ball.radius, cell.dir_world));
+            if cosine > 0.0 && !is_behind_ball() {
                 let nearest = desk
                     .phantoms
                     .iter()
@@ -121,7 +125,7 @@ impl Meter {
                     None => weight = cosine * cell.solid_angle,
                 }
             }
-            if let Some(mirrored) = &mirrored {
+            for mirrored in &mirrored {
                 weight += mirrored.weight(cell, point.normal_world);
             }
             self.weights.push(weight);
@@ -213,7 +217,7 @@ fn phantom_points(desk: Desk, intrinsics: &Intrinsics, camera_from_world: &Affin
     for i in 0..counts.element_product() {
         let pixel = (Vec2::new((i % counts.x) as f32, (i / counts.x) as f32) + 0.5) * spacing;
         let ray = world_from_camera.transform_vector3(intrinsics.ray(pixel)).normalize();
-        if sphere_is_hit(desk.ball.center - eye, 1.05 * desk.ball.radius, ray) {
+        if desk.balls.iter().any(|ball| sphere_is_hit(ball.center - eye, 1.05 * ball.radius, ray)) {
             continue;
         }
         let nearest = desk

@@ -51,6 +51,7 @@
 //!
 //! Sources: Debevec et al. 2012; Supan 2006 (row C7) for lights out of an environment map.
 
+mod dark_ball;
 mod find;
 mod least_squares;
 mod meter;

@@ -1,6 +1,7 @@
 //! Camera picture + what stands on the desk → how bright the clipped lights are.
 
 use super::{
+    dark_ball::{DarkReading, read_dark_balls},
     find::{FoundLight, find_lights},
     least_squares::NormalEquations,
     meter::{Desk, Meter, MeterPoint, MirrorBall, Paper, Surface, brightness},
@@ -26,6 +27,9 @@ pub struct DeskPicture {
     pub camera_from_world: Affine3A,
     /// The mirrored ball.
     pub ball: MirrorBall,
+    /// Other mirrored balls. Darker ones tell how bright the lamps are that the first one shows clipped; two balls tell where lamps
+    /// are.
+    pub other_balls: Vec<MirrorBall>,
     /// Sheets of markers that were seen in this picture.
     pub papers: Vec<Paper>,
     /// Other real things, the desk itself included.
@@ -60,6 +64,8 @@ pub struct SolvedLight {
     pub paper_points: usize,
     /// Root of the mean squared relative difference between the desk as the light explains it and as it is (robust).
     pub residual: f32,
+    /// Clipped pieces whose light a darker ball shows.
+    pub dark_readings: usize,
     /// The paper as the light explains it ÷ as it is, per channel.
     pub paper_ratio: Vec3,
     /// Ratio of the largest to the smallest scale of the equations; large where regions cannot be told apart.
@@ -91,7 +97,7 @@ impl SolvedLight {
 /// What does not change from picture to picture while nothing moves.
 #[derive(Clone, Debug, Default)]
 pub struct SolverCache {
-    made_for: Option<(MirrorBall, Vec<Paper>, Arc<Vec<PhantomSolid>>, Affine3A)>,
+    made_for: Option<(Vec<MirrorBall>, Vec<Paper>, Arc<Vec<PhantomSolid>>, Affine3A)>,
     meter: Meter,
 }
 
@@ -107,6 +113,10 @@ const PRIOR: f64 = 1.0;
 const SMOOTHNESS: f64 = 10.0;
 /// Weight of the prior that lights have the color of the light as a whole.
 const COLOR_PRIOR: f64 = 20.0;
+/// Relative uncertainty of what a darker ball shows.
+const DARK_UNCERTAINTY: f64 = 0.05;
+/// It shows a lamp itself, and counts as so many points of the desk.
+const DARK_WEIGHT: f64 = 300.0;
 /// Rounds in which surfaces are told apart, outliers are weighted down and the light is solved.
 const ROUNDS: usize = 8;
 /// The camera or a thing may move this far before what points see is traced anew, metres.
@@ -117,7 +127,7 @@ const TRACE_ANEW: f32 = 0.05;
 /// `None` if the ball or every sheet of paper is out of view.
 pub fn solve_light(picture: &DeskPicture, cache: &mut SolverCache) -> Option<SolvedLight> {
     let view = BallView::new(picture.camera_from_world.transform_point3(picture.ball.center), picture.ball.radius)?;
-    let sky = ball_picture(picture, &view).sky(SKY_EDGE);
+    let sky = BallPicture::new(picture, &picture.ball, &view).sky(SKY_EDGE);
     let up_world = picture.papers.first()?.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
     let regions = clipped_regions(&sky, up_world);
     cache.prepare(picture, &sky);
@@ -128,30 +138,24 @@ pub fn solve_light(picture: &DeskPicture, cache: &mut SolverCache) -> Option<Sol
 /// The sky of a picture in which nothing tells how bright clipped light is: it counts as white, times a gain by the cosine to `up_world`.
 pub(super) fn unsolved_light(picture: &DeskPicture, gain: Vec3, up_world: Vec3) -> Option<SolvedLight> {
     let view = BallView::new(picture.camera_from_world.transform_point3(picture.ball.center), picture.ball.radius)?;
-    let sky = ball_picture(picture, &view).sky(SKY_EDGE);
+    let sky = BallPicture::new(picture, &picture.ball, &view).sky(SKY_EDGE);
     let gains = sky.iter().map(|cell| 1.0 + (gain - 1.0) * cell.dir_world.dot(up_world).max(0.0)).collect();
     Some(SolvedLight { gains, sky, ..default() })
 }
 
-fn ball_picture<'a>(picture: &'a DeskPicture, view: &'a BallView) -> BallPicture<'a> {
-    BallPicture {
-        frame: &picture.frame,
-        intrinsics: &picture.intrinsics,
-        ball: view,
-        reflectance: picture.ball.reflectance,
-        camera_from_world: &picture.camera_from_world,
-    }
-}
-
 impl SolverCache {
     fn prepare(&mut self, picture: &DeskPicture, sky: &[SkyCell]) {
+        let balls: Vec<MirrorBall> = std::iter::once(picture.ball).chain(picture.other_balls.iter().copied()).collect();
         let near = |a: &Affine3A, b: &Affine3A| {
             Vec3::from(a.translation - b.translation).length() < TRACE_ANEW
                 && Vec3::from(a.matrix3.y_axis - b.matrix3.y_axis).length() < TRACE_ANEW
         };
-        let is_current = self.made_for.as_ref().is_some_and(|(ball, papers, phantoms, camera)| {
-            ball.center.distance(picture.ball.center) < 2e-3
-                && ball.radius == picture.ball.radius
+        let is_current = self.made_for.as_ref().is_some_and(|(known, papers, phantoms, camera)| {
+            known.len() == balls.len()
+                && known
+                    .iter()
+                    .zip(&balls)
+                    .all(|(a, b)| a.center.distance(b.center) < 2e-3 && MirrorBall { center: b.center, ..*a } == *b)
                 && papers.len() == picture.papers.len()
                 && papers.iter().zip(&picture.papers).all(|(a, b)| {
                     a.size == b.size && a.world_from_marker.translation.distance(b.world_from_marker.translation) < 2e-3
@@ -162,12 +166,11 @@ impl SolverCache {
         if is_current {
             return;
         }
-        let desk = Desk { ball: picture.ball, papers: &picture.papers, phantoms: &picture.phantoms };
+        let desk = Desk { balls: &balls, papers: &picture.papers, phantoms: &picture.phantoms };
         // The table is megabytes: its memory serves again.
         let memory = std::mem::take(&mut self.meter.weights);
         self.meter = Meter::new(memory, desk, &picture.intrinsics, &picture.camera_from_world, sky);
-        self.made_for =
-            Some((picture.ball, picture.papers.clone(), picture.phantoms.clone(), picture.camera_from_world));
+        self.made_for = Some((balls, picture.papers.clone(), picture.phantoms.clone(), picture.camera_from_world));
     }
 }
 
@@ -194,6 +197,15 @@ struct Problem<'a> {
     /// Regions that touch: parts of one window, mostly.
     neighbors: Vec<(usize, usize)>,
     equations: Vec<Equation>,
+    /// What darker balls say: extra gain per region and channel, or at least that.
+    readings: Vec<GainReading>,
+}
+
+/// Extra gain of a region as a darker ball shows it, per channel.
+struct GainReading {
+    region: usize,
+    gain: [f64; 4],
+    is_bound: [bool; 4],
 }
 
 /// Gray: the mean of the channels.
@@ -216,6 +228,22 @@ fn mean_limit(region: &Region, sky: &[SkyCell]) -> [f64; 4] {
     let mean = |sum: f32, total: f32| if total > 0.0 { f64::from(sum / total) } else { 0.0 };
     let [r, g, b] = [0, 1, 2].map(|c| mean(sum[c], total[c]));
     [r, g, b, mean(sum.element_sum(), total.element_sum())]
+}
+
+/// What the darker balls say in terms of the unknowns.
+fn gain_readings(picture: &DeskPicture, sky: &[SkyCell], regions: &[Region]) -> Vec<GainReading> {
+    let in_gains = |reading: DarkReading| {
+        let cells = regions[reading.region].cells.iter().map(|&i| &sky[i]);
+        let clipped: Vec3 = cells.map(|cell| cell.solid_angle * (cell.clipped + cell.limited)).sum();
+        let (energy, clipped) = (with_gray(reading.energy.as_vec3()), with_gray(clipped));
+        let [r, g, b] = reading.is_bound;
+        GainReading {
+            region: reading.region,
+            gain: std::array::from_fn(|c| (energy[c] / clipped[c].max(1e-9) - 1.0).max(0.0)),
+            is_bound: [r, g, b, r || g || b],
+        }
+    };
+    read_dark_balls(picture, sky, regions).into_iter().map(in_gains).collect()
 }
 
 fn with_gray(v: Vec3) -> [f64; 4] {
@@ -266,7 +294,8 @@ impl<'a> Problem<'a> {
             });
         }
         let limits = regions.iter().map(|region| mean_limit(region, sky)).collect();
-        Self { sky, regions, limits, neighbors: neighbors(regions), equations }
+        let readings = gain_readings(picture, sky, regions);
+        Self { sky, regions, limits, neighbors: neighbors(regions), equations, readings }
     }
 
     /// Irradiance with clipped light raised.
@@ -358,6 +387,7 @@ impl<'a> Problem<'a> {
             gains: spread_gains(self.sky, self.regions, &gains, up_world),
             points: self.equations.len(),
             paper_points,
+            dark_readings: self.readings.iter().filter(|reading| !reading.is_bound[GRAY]).count(),
             residual,
             paper_ratio,
             condition,
@@ -450,8 +480,17 @@ impl<'a> Problem<'a> {
         for k in 0..inverse_albedos.len() {
             system.add(&[(regions + k, 1.0)], 2.0, 1e-6);
         }
+        let mut floor = vec![0.0; n];
+        for GainReading { region, gain, is_bound } in &self.readings {
+            if is_bound[channel] {
+                floor[*region] = f64::max(floor[*region], gain[channel]);
+            } else {
+                let uncertainty = DARK_UNCERTAINTY * (gain[channel] + 1.0);
+                system.add(&[(*region, 1.0)], gain[channel], DARK_WEIGHT / uncertainty.powi(2));
+            }
+        }
         let start: Vec<f64> = x.iter().chain(inverse_albedos).copied().collect();
-        (system.solve(&start), system)
+        (system.solve(&start, &floor), system)
     }
 
     /// Mean irradiance of the paper.

@@ -4,6 +4,7 @@ use bevy::{math::Affine3A, prelude::*};
 use bevy_mirrorball::{
     camera::{FramePixels, Intrinsics},
     lighting::{DeskPicture, MirrorBall, Paper, PhantomSolid},
+    probe::BallSurface,
 };
 use std::{f32::consts::PI, sync::Arc};
 
@@ -94,7 +95,8 @@ pub(crate) struct TracedDesk<'a> {
 }
 
 /// So far from the marker that its shadow and its mirror light do not reach the paper.
-pub(crate) const BALL: MirrorBall = MirrorBall { center: Vec3::new(0.30, 0.05, 0.05), radius: 0.05, reflectance: 0.9 };
+pub(crate) const BALL: MirrorBall =
+    MirrorBall { center: Vec3::new(0.30, 0.05, 0.05), radius: 0.05, reflectance: 0.9, surface: BallSurface::Mirror };
 const PAPER_REFLECTANCE: f32 = 0.8;
 const DESK_REFLECTANCE: f32 = 0.3;
 
@@ -135,6 +137,12 @@ impl<'a> TracedDesk<'a> {
         dirs.map(|(dir, cosine)| light(dir) * cosine).sum::<Vec3>() * (2.0 * PI / count as f32)
     }
 
+    /// Irradiance ÷ π at the marker for a normal, from the upper half of the sky, unshadowed, in camera units.
+    pub(crate) fn irradiance_from_above(&self, normal: Vec3) -> Vec3 {
+        let lamps = self.lamps.iter().map(|lamp| lamp.irradiance(self, Vec3::new(0.0, 1e-4, 0.0), normal));
+        (self.sky_irradiance(normal, Vec3::ZERO) + lamps.sum::<Vec3>()) * (self.exposure() / PI)
+    }
+
     /// The picture; known is what `picture` says.
     pub(crate) fn picture(&self) -> DeskPicture {
         const SUBPIXELS: u32 = 4;
@@ -161,7 +169,8 @@ impl<'a> TracedDesk<'a> {
             if let Some((distance, ball)) = ball.min_by(|a, b| a.0.total_cmp(&b.0)) {
                 let point = self.eye + distance * ray;
                 let normal = (point - ball.center).normalize();
-                return ball.reflectance * self.seen(point, ray.reflect(normal), far_desk);
+                return ball.surface.reflectance_at(ball.reflectance, -ray.dot(normal))
+                    * self.seen(point, ray.reflect(normal), far_desk);
             }
             let tent = faces.iter().filter_map(|(tent, triangles)| {
                 triangle_hit(triangles, self.eye, ray).map(|(distance, normal)| (distance, normal, tent))
@@ -198,6 +207,7 @@ impl<'a> TracedDesk<'a> {
             intrinsics,
             camera_from_world: pose.compute_affine().inverse(),
             ball: self.balls[0],
+            other_balls: self.balls[1..].to_vec(),
             papers: vec![Paper { world_from_marker: Affine3A::IDENTITY, size: 0.1, reflectance: PAPER_REFLECTANCE }],
             phantoms: Arc::default(),
             max_gain: 1000.0,
