@@ -11,6 +11,8 @@ use bevy::prelude::*;
 pub struct FoundLight {
     /// Towards the light from the ball's center, unit vector in world space.
     pub direction: Vec3,
+    /// Where it is, world space, metres; `None` if it is far away or the desk does not tell.
+    pub position: Option<Vec3>,
     /// Irradiance at a surface that faces it, per channel, linear camera units (radiance · steradian).
     pub irradiance: Vec3,
     /// Half the angle it takes up, in radians: that of a disk with the same variance.
@@ -78,6 +80,7 @@ pub(super) fn find_lights(sky: &[SkyCell], gains: &[Vec3]) -> Vec<FoundLight> {
             let irradiance: Vec3 = part.cells.iter().map(|&i| radiance[i] * sky[i].solid_angle).sum();
             let light = FoundLight {
                 direction: part.dir_world,
+                position: None,
                 irradiance,
                 angular_radius: radius.max(SMALLEST_RADIUS),
                 share: luminance(irradiance) / total,

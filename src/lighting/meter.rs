@@ -134,6 +134,42 @@ impl Meter {
     }
 }
 
+/// What a light at a finite distance sends to points of the desk.
+pub(super) struct NearLight<'a> {
+    pub desk: Desk<'a>,
+    /// Where its rays to the camera were mirrored, world space.
+    pub origin: Vec3,
+    /// From there, metres.
+    pub distance: f32,
+}
+
+impl NearLight<'_> {
+    /// Irradiance per radiance of cells at a point: directly, in place of the light from far away, and by way of the balls.
+    pub(super) fn weights(&self, point: &MeterPoint, cells: impl Iterator<Item = SkyCell>) -> Vec<f32> {
+        let from = point.pos_world + SURFACE_OFFSET * point.normal_world;
+        let balls = self.desk.balls.iter();
+        let mirrored: Vec<MirroredSky> = balls.filter_map(|ball| MirroredSky::new(ball.center - from, *ball)).collect();
+        cells
+            .map(|cell| {
+                let to_light = self.origin + self.distance * cell.dir_world - from;
+                let distance = to_light.length().max(1e-3);
+                let dir = to_light / distance;
+                let solid_angle = cell.solid_angle * (self.distance / distance).powi(2);
+                let cosine = dir.dot(point.normal_world);
+                let direct = if cosine > 0.0 && !self.desk.hides(from, dir) { cosine * solid_angle } else { 0.0 };
+                direct + mirrored.iter().map(|mirrored| mirrored.weight(&cell, point.normal_world)).sum::<f32>()
+            })
+            .collect()
+    }
+}
+
+impl Desk<'_> {
+    fn hides(&self, origin: Vec3, dir: Vec3) -> bool {
+        self.balls.iter().any(|ball| sphere_is_hit(ball.center - origin, ball.radius, dir))
+            || self.phantoms.iter().any(|phantom| phantom.casts && phantom.hit(origin, dir).is_some())
+    }
+}
+
 /// The sky's image in the ball as a point near it sees it.
 struct MirroredSky {
     ball: BallView,

@@ -55,6 +55,7 @@ mod dark_ball;
 mod find;
 mod least_squares;
 mod meter;
+mod near_light;
 mod ray_cast;
 mod real_light;
 mod recover;
@@ -62,6 +63,7 @@ mod regions;
 mod self_check;
 mod sky;
 mod solve;
+mod triangulate;
 
 pub use find::FoundLight;
 pub use meter::{MirrorBall, Paper};

@@ -227,7 +227,7 @@ pub(super) fn recover_lights(
             let solved = if is_wanted { solve_light(&picture, &mut cache).filter(is_trusted) } else { None };
             let is_solved = solved.is_some();
             let light = solved.or_else(|| unsolved_light(&picture, gain, up_world));
-            let lights = light.as_ref().map(SolvedLight::lights).unwrap_or_default();
+            let lights = light.as_ref().map(|light| picture.lights(light)).unwrap_or_default();
             Answer { light, is_solved, lights, check, cache, sequence, cpu_time: started.elapsed() }
         };
         if feed.is_some_and(|feed| feed.pace() == FeedPace::Lockstep) {

@@ -89,6 +89,18 @@ impl<'a> BallPicture<'a> {
             .collect()
     }
 
+    /// Radiance towards a direction with clipped light taken for white; `None` where the ball does not show it.
+    pub(super) fn radiance(&self, dir_world: Vec3, edge_angle: f32) -> Option<Vec3> {
+        let dir_camera = self.camera_from_world.transform_vector3(dir_world);
+        if (-self.ball.center_camera).angle_between(dir_camera) > edge_angle {
+            return None;
+        }
+        let point = self.ball.surface_point(dir_camera, edge_angle);
+        let (mut cell, mut limits) = (SkyCell::default(), Vec3::ZERO);
+        self.add_bilinear(&mut cell, &mut limits, self.intrinsics.project(point)?, 1.0 / self.reflectance_at(point));
+        Some(cell.seen)
+    }
+
     /// Share of light that a point of the ball (camera space) mirrors to the camera.
     pub(super) fn reflectance_at(&self, point_camera: Vec3) -> f32 {
         let normal = (point_camera - self.ball.center_camera) / self.ball.radius;

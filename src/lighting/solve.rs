@@ -5,9 +5,11 @@ use super::{
     find::{FoundLight, find_lights},
     least_squares::NormalEquations,
     meter::{Desk, Meter, MeterPoint, MirrorBall, Paper, Surface, brightness},
+    near_light::KnownPlaces,
     ray_cast::PhantomSolid,
-    regions::{Region, clipped_regions},
+    regions::{Region, clipped_regions, profiles},
     sky::{BallPicture, SKY_EDGE, SkyCell},
+    triangulate::triangulate,
 };
 use crate::{
     camera::{FramePixels, Intrinsics},
@@ -47,6 +49,8 @@ pub struct SolvedRegion {
     pub solid_angle: f32,
     /// How many times brighter than white, per channel; at least 1.
     pub gain: Vec3,
+    /// Where it is, world space, metres, if the desk tells that it is near: shadows fan out and light falls off. `None` far away.
+    pub position: Option<Vec3>,
     /// Share of the answer that the equations fix, 0…1; the rest is the prior, least extra light.
     pub confidence: f32,
 }
@@ -73,6 +77,20 @@ pub struct SolvedLight {
     pub(super) sky: Vec<SkyCell>,
 }
 
+impl DeskPicture {
+    /// The lights of a solution for this picture, strongest first: [`SolvedLight::lights`] with the places that a second ball tells of.
+    pub fn lights(&self, solved: &SolvedLight) -> Vec<FoundLight> {
+        let mut lights = solved.lights();
+        triangulate(self, &mut lights);
+        lights
+    }
+
+    /// All balls, the one that shows the sky first.
+    pub(super) fn balls(&self) -> Vec<MirrorBall> {
+        std::iter::once(self.ball).chain(self.other_balls.iter().copied()).collect()
+    }
+}
+
 impl SolvedLight {
     /// The sky in small pieces: direction (world space, unit), steradian, radiance in linear camera units with clipped light
     /// recovered.
@@ -88,9 +106,16 @@ impl SolvedLight {
         lit.sum::<Vec3>() / PI
     }
 
-    /// Compact parts of the sky that are much brighter than the rest, strongest first.
+    /// Compact parts of the sky that are much brighter than the rest, strongest first, with the places that the desk tells of.
     pub fn lights(&self) -> Vec<FoundLight> {
-        find_lights(&self.sky, &self.gains)
+        let mut lights = find_lights(&self.sky, &self.gains);
+        for light in &mut lights {
+            let angle = |region: &SolvedRegion| region.direction.angle_between(light.direction);
+            let nearest = self.regions.iter().min_by(|a, b| angle(a).total_cmp(&angle(b)));
+            let is_part = |region: &&SolvedRegion| angle(region) < light.angular_radius + SAME_LIGHT;
+            light.position = nearest.filter(is_part).and_then(|region| region.position);
+        }
+        lights
     }
 }
 
@@ -99,8 +124,11 @@ impl SolvedLight {
 pub struct SolverCache {
     made_for: Option<(Vec<MirrorBall>, Vec<Paper>, Arc<Vec<PhantomSolid>>, Affine3A)>,
     meter: Meter,
+    places: KnownPlaces,
 }
 
+/// A light and a region this close are the same, radians beyond the light's radius.
+const SAME_LIGHT: f32 = 0.07;
 /// Relative uncertainty of a brightness: texture, geometry, light between things.
 const UNCERTAINTY: f64 = 0.04;
 /// Points darker than this share of the open sky's irradiance are as uncertain as those at it.
@@ -117,6 +145,9 @@ const COLOR_PRIOR: f64 = 20.0;
 const DARK_UNCERTAINTY: f64 = 0.05;
 /// It shows a lamp itself, and counts as so many points of the desk.
 const DARK_WEIGHT: f64 = 300.0;
+/// How much brighter a lamp is in the middle of what is clipped than near its edge: power of the distance to the edge. Lamps and
+/// windows have bright middles and dim rims, and where a soft box is brightest decides how flat its light falls.
+const PROFILE: f32 = 1.5;
 /// Rounds in which surfaces are told apart, outliers are weighted down and the light is solved.
 const ROUNDS: usize = 8;
 /// The camera or a thing may move this far before what points see is traced anew, metres.
@@ -132,7 +163,7 @@ pub fn solve_light(picture: &DeskPicture, cache: &mut SolverCache) -> Option<Sol
     let regions = clipped_regions(&sky, up_world);
     cache.prepare(picture, &sky);
     let problem = Problem::new(picture, &cache.meter, &sky, &regions);
-    problem.solve(picture, up_world)
+    problem.solve(picture, up_world, &mut cache.places)
 }
 
 /// The sky of a picture in which nothing tells how bright clipped light is: it counts as white, times a gain by the cosine to `up_world`.
@@ -145,7 +176,7 @@ pub(super) fn unsolved_light(picture: &DeskPicture, gain: Vec3, up_world: Vec3) 
 
 impl SolverCache {
     fn prepare(&mut self, picture: &DeskPicture, sky: &[SkyCell]) {
-        let balls: Vec<MirrorBall> = std::iter::once(picture.ball).chain(picture.other_balls.iter().copied()).collect();
+        let balls = picture.balls();
         let near = |a: &Affine3A, b: &Affine3A| {
             Vec3::from(a.translation - b.translation).length() < TRACE_ANEW
                 && Vec3::from(a.matrix3.y_axis - b.matrix3.y_axis).length() < TRACE_ANEW
@@ -175,30 +206,45 @@ impl SolverCache {
 }
 
 /// One point, as the picture shows it, and what reaches it per unknown. Index 3 of arrays is the mean of the channels.
-struct Equation {
-    point: MeterPoint,
+pub(super) struct Equation {
+    pub point: MeterPoint,
     /// π · radiance; NaN where clipped.
     exitance: [f64; 4],
     /// Irradiance with clipped light taken for white.
     seen: [f64; 4],
     /// What one unit of extra gain adds, per region.
-    per_gain: Vec<[f64; 4]>,
+    pub per_gain: Vec<[f64; 4]>,
     /// The same of light that may be brighter only up to its region's limit.
-    limited: Vec<[f64; 4]>,
+    pub limited: Vec<[f64; 4]>,
     /// Number of the unknown albedo.
     class: Option<usize>,
 }
 
-struct Problem<'a> {
-    sky: &'a [SkyCell],
-    regions: &'a [Region],
+/// The mean of the channels, solved.
+pub(super) struct GraySolution {
+    /// Extra gain per region.
+    pub x: Vec<f64>,
+    inverse_albedos: Vec<f64>,
+    weights: Vec<f64>,
+    equations: NormalEquations,
+    /// How badly the desk is explained: the mean of the points' robust costs.
+    pub cost: f64,
+}
+
+pub(super) struct Problem<'a> {
+    pub sky: &'a [SkyCell],
+    pub regions: &'a [Region],
     /// Per region, the extra gain from which on limited light grows no more.
     limits: Vec<[f64; 4]>,
     /// Regions that touch: parts of one window, mostly.
     neighbors: Vec<(usize, usize)>,
-    equations: Vec<Equation>,
+    pub equations: Vec<Equation>,
     /// What darker balls say: extra gain per region and channel, or at least that.
     readings: Vec<GainReading>,
+    /// Per region, how its extra light is shaped.
+    pub profiles: Vec<Vec<f32>>,
+    /// Where lights are that are not far away.
+    pub positions: Vec<Option<Vec3>>,
 }
 
 /// Extra gain of a region as a darker ball shows it, per channel.
@@ -209,7 +255,7 @@ struct GainReading {
 }
 
 /// Gray: the mean of the channels.
-const GRAY: usize = 3;
+pub(super) const GRAY: usize = 3;
 
 fn neighbors(regions: &[Region]) -> Vec<(usize, usize)> {
     let is_near = |a: &Region, b: &Region| a.dir_world.distance(b.dir_world) < 2.0 * (a.spread + b.spread);
@@ -246,17 +292,18 @@ fn gain_readings(picture: &DeskPicture, sky: &[SkyCell], regions: &[Region]) -> 
     read_dark_balls(picture, sky, regions).into_iter().map(in_gains).collect()
 }
 
-fn with_gray(v: Vec3) -> [f64; 4] {
+pub(super) fn with_gray(v: Vec3) -> [f64; 4] {
     let v = v.as_dvec3();
     [v.x, v.y, v.z, v.element_sum() / 3.0]
 }
 
 impl<'a> Problem<'a> {
     fn new(picture: &DeskPicture, meter: &Meter, sky: &'a [SkyCell], regions: &'a [Region]) -> Self {
-        let mut region_of = vec![usize::MAX; sky.len()];
-        for (r, region) in regions.iter().enumerate() {
-            for &i in &region.cells {
-                region_of[i] = r;
+        let mut region_of = vec![(usize::MAX, 0.0); sky.len()];
+        let profiles = profiles(sky, regions, PROFILE);
+        for (r, (region, profile)) in regions.iter().zip(&profiles).enumerate() {
+            for (&i, share) in region.cells.iter().zip(profile) {
+                region_of[i] = (r, *share);
             }
         }
         let colors = phantom_colors(picture, meter, sky);
@@ -270,14 +317,14 @@ impl<'a> Problem<'a> {
             };
             let mut seen = Vec3::ZERO;
             let mut per_gain = vec![(Vec3::ZERO, Vec3::ZERO); regions.len()];
-            for ((cell, weight), region) in
+            for ((cell, weight), (region, share)) in
                 sky.iter().zip(&meter.weights[i * sky.len()..(i + 1) * sky.len()]).zip(&region_of)
             {
                 if *weight > 0.0 {
                     seen += *weight * cell.seen;
                     if let Some(sum) = per_gain.get_mut(*region) {
-                        sum.0 += *weight * cell.clipped;
-                        sum.1 += *weight * cell.limited;
+                        sum.0 += *weight * share * cell.clipped;
+                        sum.1 += *weight * share * cell.limited;
                     }
                 }
             }
@@ -295,7 +342,16 @@ impl<'a> Problem<'a> {
         }
         let limits = regions.iter().map(|region| mean_limit(region, sky)).collect();
         let readings = gain_readings(picture, sky, regions);
-        Self { sky, regions, limits, neighbors: neighbors(regions), equations, readings }
+        Self {
+            sky,
+            regions,
+            limits,
+            neighbors: neighbors(regions),
+            equations,
+            readings,
+            profiles,
+            positions: vec![None; regions.len()],
+        }
     }
 
     /// Irradiance with clipped light raised.
@@ -309,26 +365,14 @@ impl<'a> Problem<'a> {
         parts.map(|(((free, limited), limit), x)| free[channel] * x + limited[channel] * x.min(limit[channel])).sum()
     }
 
-    fn solve(mut self, picture: &DeskPicture, up_world: Vec3) -> Option<SolvedLight> {
+    fn solve(mut self, picture: &DeskPicture, up_world: Vec3, places: &mut KnownPlaces) -> Option<SolvedLight> {
         let regions = self.regions.len();
         let paper_points = self.equations.iter().filter(|e| e.point.surface == Surface::Paper).count();
         if paper_points == 0 {
             return None;
         }
-        // First the paper alone: the least extra light that explains it.
-        let mut x = vec![0.0; regions];
-        let mut inverse_albedos: Vec<f64> = Vec::new();
-        let mut weights = vec![1.0; self.equations.len()];
-        x = self.solve_channel(GRAY, &x, &inverse_albedos, &weights, None).0;
-        let mut equations = NormalEquations::new(0);
-        for _ in 0..ROUNDS {
-            inverse_albedos = self.classify(&x);
-            weights = self.robust_weights(GRAY, &x, &inverse_albedos);
-            let solved;
-            (solved, equations) = self.solve_channel(GRAY, &x, &inverse_albedos, &weights, None);
-            x = solved[..regions].to_vec();
-            inverse_albedos = solved[regions..].to_vec();
-        }
+        let gray = self.solve_gray(None);
+        let GraySolution { x, inverse_albedos, weights, equations, .. } = self.place_near_lights(picture, places, gray);
         let most = f64::from(picture.max_gain) - 1.0;
         let mut gains = vec![Vec3::ONE; regions];
         let mut paper_ratio = Vec3::ONE;
@@ -379,12 +423,13 @@ impl<'a> Problem<'a> {
                 direction: region.dir_world,
                 solid_angle: region.solid_angle,
                 gain: gains[r],
+                position: self.positions[r],
                 confidence: confidence(r),
             })
             .collect();
         Some(SolvedLight {
             regions: solved_regions,
-            gains: spread_gains(self.sky, self.regions, &gains, up_world),
+            gains: spread_gains(self.sky, self.regions, &self.profiles, &gains, up_world),
             points: self.equations.len(),
             paper_points,
             dark_readings: self.readings.iter().filter(|reading| !reading.is_bound[GRAY]).count(),
@@ -393,6 +438,33 @@ impl<'a> Problem<'a> {
             condition,
             sky: self.sky.to_vec(),
         })
+    }
+
+    /// Solves the mean of the channels.
+    pub(super) fn solve_gray(&mut self, start: Option<&[f64]>) -> GraySolution {
+        let regions = self.regions.len();
+        let mut inverse_albedos: Vec<f64> = Vec::new();
+        let mut weights = vec![1.0; self.equations.len()];
+        let mut x = match start {
+            Some(start) => start.to_vec(),
+            // First the paper alone: the least extra light that explains it.
+            None => self.solve_channel(GRAY, &vec![0.0; regions], &inverse_albedos, &weights, None).0,
+        };
+        let mut equations = NormalEquations::new(0);
+        for _ in 0..ROUNDS {
+            inverse_albedos = self.classify(&x);
+            weights = self.robust_weights(GRAY, &x, &inverse_albedos);
+            let solved;
+            (solved, equations) = self.solve_channel(GRAY, &x, &inverse_albedos, &weights, None);
+            x = solved[..regions].to_vec();
+            inverse_albedos = solved[regions..].to_vec();
+        }
+        let open = self.open_irradiance(GRAY, &x);
+        let errors = self.equations.iter().filter_map(|e| self.relative_error(e, GRAY, &x, &inverse_albedos, open));
+        let (sum, count) = errors.fold((0.0, 0.0), |(sum, count), error| {
+            (sum + (1.0 + (error / (2.0 * UNCERTAINTY)).powi(2)).ln(), count + 1.0)
+        });
+        GraySolution { x, inverse_albedos, weights, equations, cost: sum / f64::max(count, 1.0) }
     }
 
     /// Weight of the prior on each region's extra gain.
@@ -494,7 +566,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Mean irradiance of the paper.
-    fn open_irradiance(&self, channel: usize, x: &[f64]) -> f64 {
+    pub(super) fn open_irradiance(&self, channel: usize, x: &[f64]) -> f64 {
         let papers = self.equations.iter().filter(|e| e.point.surface == Surface::Paper);
         let (sum, count) = papers.fold((0.0, 0.0), |(s, n), e| (s + self.irradiance(e, channel, x), n + 1.0));
         f64::max(sum / f64::max(count, 1.0), 1e-6)
@@ -693,11 +765,17 @@ fn phantom_colors(picture: &DeskPicture, meter: &Meter, sky: &[SkyCell]) -> Vec<
 /// Cells beside a region take its gain, since its edge runs through them: twice around.
 const SPREADING: usize = 2;
 
-fn spread_gains(sky: &[SkyCell], regions: &[Region], gains: &[Vec3], up_world: Vec3) -> Vec<Vec3> {
+fn spread_gains(
+    sky: &[SkyCell],
+    regions: &[Region],
+    profiles: &[Vec<f32>],
+    gains: &[Vec3],
+    up_world: Vec3,
+) -> Vec<Vec3> {
     let mut all = vec![None; sky.len()];
-    for (region, gain) in regions.iter().zip(gains) {
-        for &i in &region.cells {
-            all[i] = Some(*gain);
+    for ((region, profile), gain) in regions.iter().zip(profiles).zip(gains) {
+        for (&i, share) in region.cells.iter().zip(profile) {
+            all[i] = Some(1.0 + *share * (*gain - 1.0));
         }
     }
     for _ in 0..SPREADING {
