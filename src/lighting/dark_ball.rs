@@ -10,13 +10,15 @@ use crate::probe::{BallView, EDGE_MARGIN_PIXELS};
 use bevy::{math::DVec3, prelude::*};
 
 /// What a darker ball says of a piece of the sky that the bright one shows clipped: radiance · steradian per channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct DarkReading {
     pub region: usize,
     /// Light of the piece in the darker ball.
     pub energy: DVec3,
     /// Per channel, whether the darker ball clips there too or shows a part only: then it is that much light or more.
     pub is_bound: [bool; 3],
+    /// Extra radiance of each of the region's cells, if both balls show the light in the same place: then it is far away.
+    pub shape: Option<Vec<f32>>,
 }
 
 /// A ball at most this bright compared with the other tells more of lamps than that one.
@@ -27,6 +29,9 @@ const FARTHEST: f32 = 0.3;
 const CLIPPED_SHARE: f32 = 0.02;
 /// Where the darker ball shows less of a region's solid angle, the region has more light than that.
 const LEAST_COVERAGE: f32 = 0.8;
+
+/// So much of a light that is far away is where the bright ball has it.
+const LEAST_IN_PLACE: f32 = 0.7;
 
 /// Reads the clipped pieces of the sky in all balls that are darker.
 pub(super) fn read_dark_balls(picture: &DeskPicture, sky: &[SkyCell], regions: &[Region]) -> Vec<DarkReading> {
@@ -78,7 +83,17 @@ fn read_dark_ball(
     };
     let readings = sums.into_iter().zip(regions).enumerate().map(|(region, ((energy, clipped), cells))| {
         let is_bound = |c| clipped[c] > CLIPPED_SHARE * energy[c] || !is_covered(cells);
-        DarkReading { region, energy: energy.as_dvec3(), is_bound: std::array::from_fn(is_bound) }
+        let extra = |&i: &usize| (dark[i].seen - sky[i].seen).element_sum().max(0.0);
+        let in_place: f32 = cells.cells.iter().map(|&i| sky[i].solid_angle * dark[i].seen.element_sum()).sum();
+        let is_in_place = in_place >= LEAST_IN_PLACE * energy.element_sum() && is_covered(cells);
+        let shape: Vec<f32> = cells.cells.iter().map(extra).collect();
+        let has_shape = is_in_place && shape.iter().any(|extra| *extra > 0.0);
+        DarkReading {
+            region,
+            energy: energy.as_dvec3(),
+            is_bound: std::array::from_fn(is_bound),
+            shape: has_shape.then_some(shape),
+        }
     });
     readings.collect()
 }

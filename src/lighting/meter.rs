@@ -89,7 +89,7 @@ impl Meter {
         camera_from_world: &Affine3A,
         sky: &[SkyCell],
     ) -> Self {
-        let mut points = paper_points(desk);
+        let mut points = paper_points(desk.papers);
         let most = points.len() + MOST_POINTS;
         points.extend(phantom_points(desk, intrinsics, camera_from_world));
         memory.clear();
@@ -218,9 +218,9 @@ impl MirroredSky {
     }
 }
 
-fn paper_points(desk: Desk) -> Vec<MeterPoint> {
+pub(super) fn paper_points(papers: &[Paper]) -> Vec<MeterPoint> {
     let mut points = Vec::new();
-    for paper in desk.papers {
+    for paper in papers {
         let middle_of_margin = paper.size * 4.5 / 8.0;
         let normal_world = paper.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
         for step in 0..PAPER_STEPS {

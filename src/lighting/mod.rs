@@ -51,6 +51,7 @@
 //!
 //! Sources: Debevec et al. 2012; Supan 2006 (row C7) for lights out of an environment map.
 
+mod camera_match;
 mod dark_ball;
 mod find;
 mod least_squares;
@@ -65,6 +66,7 @@ mod sky;
 mod solve;
 mod triangulate;
 
+pub use camera_match::{CameraMatch, match_cameras};
 pub use find::FoundLight;
 pub use meter::{MirrorBall, Paper};
 pub use ray_cast::PhantomSolid;
@@ -82,6 +84,7 @@ pub struct LightingPlugin;
 impl Plugin for LightingPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<RealLight>()
+            .register_type::<CameraMatch>()
             .register_type::<SelfCheck>()
             .add_message::<RealLightAppeared>()
             .add_message::<RealLightVanished>()

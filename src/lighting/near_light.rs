@@ -97,13 +97,10 @@ impl Problem<'_> {
         if !known.places.is_empty() {
             gray = self.better_start(&gray.x);
             // It may come nearer or go away.
-            for region in 0..inverses.len() {
-                let (start, dir) = (inverses[region], self.regions[region].dir_world);
-                if start <= 0.0 {
-                    continue;
-                }
+            for (region, inverse) in inverses.iter_mut().enumerate().filter(|(_, inverse)| **inverse > 0.0) {
+                let (start, dir) = (*inverse, self.regions[region].dir_world);
                 let light = |inverse| setting.light(dir, inverse);
-                inverses[region] = self.refine(region, (start, STEP * start), 1, &mut gray, light);
+                *inverse = self.refine(region, (start, STEP * start), 1, &mut gray, light);
             }
         }
         if known.cost.is_none_or(|cost| gray.cost > STILL_GOOD * cost) {
@@ -140,8 +137,8 @@ impl Problem<'_> {
             let dir = self.regions[region].dir_world;
             let far = self.shares_of(region);
             let mut best: Option<(usize, Shares, GraySolution)> = None;
-            for k in 1..TRIED.len() {
-                let shares = self.shares_at(region, setting.light(dir, TRIED[k]));
+            for (k, inverse) in TRIED.into_iter().enumerate().skip(1) {
+                let shares = self.shares_at(region, setting.light(dir, inverse));
                 self.set_shares(region, &shares);
                 let solution = self.better_start(&gray.x);
                 if best.as_ref().is_none_or(|(.., best)| solution.cost < best.cost) {

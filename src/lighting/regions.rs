@@ -107,6 +107,22 @@ pub(super) fn profiles(sky: &[SkyCell], regions: &[Region], power: f32) -> Vec<V
     regions.iter().map(profile).collect()
 }
 
+/// The profile with which extra light is spread over a region's cells in proportion to a shape.
+pub(super) fn shaped(region: &Region, sky: &[SkyCell], shape: &[f32]) -> Vec<f32> {
+    let clipped = |i: usize| (sky[i].clipped + sky[i].limited).element_sum();
+    let typical = region.cells.iter().map(|&i| clipped(i)).fold(0.0, f32::max);
+    let profile: Vec<f32> = region
+        .cells
+        .iter()
+        .zip(shape)
+        .map(|(&i, extra)| extra / clipped(i).max(LEAST_CLIPPED_SHARE * typical).max(f32::MIN_POSITIVE))
+        .collect();
+    let light = |i: usize| sky[i].solid_angle * clipped(i);
+    let total: f32 = region.cells.iter().map(|&i| light(i)).sum();
+    let sum: f32 = region.cells.iter().zip(&profile).map(|(&i, share)| light(i) * share).sum();
+    profile.into_iter().map(|share| share * total / sum.max(f32::MIN_POSITIVE)).collect()
+}
+
 fn is_clipped(cell: &SkyCell) -> bool {
     (cell.clipped + cell.limited).max_element() > LEAST_CLIPPED_SHARE * cell.seen.max_element()
 }

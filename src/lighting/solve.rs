@@ -7,7 +7,7 @@ use super::{
     meter::{Desk, Meter, MeterPoint, MirrorBall, Paper, Surface, brightness},
     near_light::KnownPlaces,
     ray_cast::PhantomSolid,
-    regions::{Region, clipped_regions, profiles},
+    regions::{Region, clipped_regions, profiles, shaped},
     sky::{BallPicture, SKY_EDGE, SkyCell},
     triangulate::triangulate,
 };
@@ -277,7 +277,7 @@ fn mean_limit(region: &Region, sky: &[SkyCell]) -> [f64; 4] {
 }
 
 /// What the darker balls say in terms of the unknowns.
-fn gain_readings(picture: &DeskPicture, sky: &[SkyCell], regions: &[Region]) -> Vec<GainReading> {
+fn gain_readings(readings: Vec<DarkReading>, sky: &[SkyCell], regions: &[Region]) -> Vec<GainReading> {
     let in_gains = |reading: DarkReading| {
         let cells = regions[reading.region].cells.iter().map(|&i| &sky[i]);
         let clipped: Vec3 = cells.map(|cell| cell.solid_angle * (cell.clipped + cell.limited)).sum();
@@ -289,7 +289,7 @@ fn gain_readings(picture: &DeskPicture, sky: &[SkyCell], regions: &[Region]) -> 
             is_bound: [r, g, b, r || g || b],
         }
     };
-    read_dark_balls(picture, sky, regions).into_iter().map(in_gains).collect()
+    readings.into_iter().map(in_gains).collect()
 }
 
 pub(super) fn with_gray(v: Vec3) -> [f64; 4] {
@@ -300,7 +300,11 @@ pub(super) fn with_gray(v: Vec3) -> [f64; 4] {
 impl<'a> Problem<'a> {
     fn new(picture: &DeskPicture, meter: &Meter, sky: &'a [SkyCell], regions: &'a [Region]) -> Self {
         let mut region_of = vec![(usize::MAX, 0.0); sky.len()];
-        let profiles = profiles(sky, regions, PROFILE);
+        let readings = read_dark_balls(picture, sky, regions);
+        let mut profiles = profiles(sky, regions, PROFILE);
+        for (reading, shape) in readings.iter().filter_map(|reading| Some((reading, reading.shape.as_ref()?))) {
+            profiles[reading.region] = shaped(&regions[reading.region], sky, shape);
+        }
         for (r, (region, profile)) in regions.iter().zip(&profiles).enumerate() {
             for (&i, share) in region.cells.iter().zip(profile) {
                 region_of[i] = (r, *share);
@@ -341,7 +345,7 @@ impl<'a> Problem<'a> {
             });
         }
         let limits = regions.iter().map(|region| mean_limit(region, sky)).collect();
-        let readings = gain_readings(picture, sky, regions);
+        let readings = gain_readings(readings, sky, regions);
         Self {
             sky,
             regions,
