@@ -380,6 +380,7 @@ fn the_moving_lamp_of_the_recorded_desk_is_followed_as_one_light() {
     let mut degrees = Vec::new();
     let mut ids = Vec::new();
     let mut misplaced = Vec::new();
+    let mut times = Vec::new();
     let mut solved = 0;
     for frame in frames {
         app.update();
@@ -395,10 +396,13 @@ fn the_moving_lamp_of_the_recorded_desk_is_followed_as_one_light() {
             let lamp = vector(&frame["lamp_center"]);
             misplaced.extend(light.position.map(|position| position.distance(lamp) / lamp.distance(ball)));
         }
+        times.extend(world.get::<RecoveredLight>(probe).map(|light| light.cpu_time));
         solved += usize::from(world.get::<RecoveredLight>(probe).is_some_and(|light| light.is_solved));
     }
     degrees.sort_by(f32::total_cmp);
     misplaced.sort_by(f32::total_cmp);
+    times.sort_unstable();
+    println!("solver: median {:?}, longest {:?}", times.get(times.len() / 2), times.last());
     println!("lamp placed in {} pictures, off by shares of its distance {misplaced:.2?}", misplaced.len());
     let check = app.world().get::<SelfCheck>(probe).copied();
     println!("{solved} of {} solved; lamp {degrees:.1?}°, ids {ids:?}; {check:?}", frames.len());

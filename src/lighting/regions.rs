@@ -83,16 +83,12 @@ pub(super) fn connected(cells: &[usize], sky: &[SkyCell]) -> Vec<Vec<usize>> {
 /// How the extra light of a region's cells is shaped, mean 1 (weighted by clipped light): more towards the middle of what is
 /// clipped.
 pub(super) fn profiles(sky: &[SkyCell], regions: &[Region], power: f32) -> Vec<Vec<f32>> {
-    let clipped: Vec<bool> = sky.iter().map(is_clipped).collect();
-    let edge: Vec<usize> = (0..sky.len())
-        .filter(|&i| {
-            !clipped[i] && {
-                let reach = 1.7 * sky[i].solid_angle.sqrt();
-                let is_near = |j: usize| sky[j].dir_world.distance_squared(sky[i].dir_world) < reach * reach;
-                (0..sky.len()).any(|j| clipped[j] && is_near(j))
-            }
-        })
-        .collect();
+    let (clipped, open): (Vec<usize>, Vec<usize>) = (0..sky.len()).partition(|&i| is_clipped(&sky[i]));
+    let is_edge = |i: &usize| {
+        let reach = 1.7 * sky[*i].solid_angle.sqrt();
+        clipped.iter().any(|&j| sky[j].dir_world.distance_squared(sky[*i].dir_world) < reach * reach)
+    };
+    let edge: Vec<usize> = open.into_iter().filter(is_edge).collect();
     let profile = |region: &Region| {
         let depth = |i: usize| {
             let nearest = edge.iter().map(|&j| sky[j].dir_world.distance_squared(sky[i].dir_world));

@@ -150,6 +150,8 @@ const DARK_WEIGHT: f64 = 300.0;
 const PROFILE: f32 = 1.5;
 /// Rounds in which surfaces are told apart, outliers are weighted down and the light is solved.
 const ROUNDS: usize = 8;
+/// Change of gains, relative to the largest, below which there are no more rounds.
+const SETTLED: f64 = 1e-3;
 /// The camera or a thing may move this far before what points see is traced anew, metres.
 const TRACE_ANEW: f32 = 0.05;
 
@@ -460,8 +462,13 @@ impl<'a> Problem<'a> {
             weights = self.robust_weights(GRAY, &x, &inverse_albedos);
             let solved;
             (solved, equations) = self.solve_channel(GRAY, &x, &inverse_albedos, &weights, None);
+            let largest = x.iter().fold(1.0, |most, x| f64::max(most, *x));
+            let is_settled = x.iter().zip(&solved).all(|(before, now)| (before - now).abs() < SETTLED * largest);
             x = solved[..regions].to_vec();
             inverse_albedos = solved[regions..].to_vec();
+            if is_settled {
+                break;
+            }
         }
         let open = self.open_irradiance(GRAY, &x);
         let errors = self.equations.iter().filter_map(|e| self.relative_error(e, GRAY, &x, &inverse_albedos, open));
