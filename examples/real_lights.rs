@@ -202,7 +202,7 @@ fn write_labels(app: &mut App, picture: &mut image::RgbImage, intrinsics: Intrin
             let label = format!("{}: {:.0}% {elevation:.0}°", light.id, 100.0 * light.share);
             let size = IVec2::new(8 * label.chars().count() as i32 + 2, 15);
             let mut at = pixel.as_ivec2() - IVec2::new(size.x / 2, 10);
-            while let Some((other, other_size)) = labels
+            while let Some((other, _)) = labels
                 .iter()
                 .find(|(other, other_size)| at.cmplt(*other + *other_size).all() && (*other).cmplt(at + size).all())
             {
