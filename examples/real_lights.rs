@@ -186,19 +186,30 @@ fn write_labels(app: &mut App, picture: &mut image::RgbImage, intrinsics: Intrin
     else {
         return;
     };
+    let mut labels: Vec<(IVec2, IVec2)> = Vec::new();
     for light in lights {
         let elevation = light.direction.y.asin().to_degrees();
         let azimuth = light.direction.x.atan2(-light.direction.z).to_degrees();
         println!(
-            "  light {}: elevation {elevation:.1}°, azimuth {azimuth:.1}° (from -Z to +X), radius {:.1}°, {:.1} % of all light",
+            "  light {}: elevation {elevation:.1}°, azimuth {azimuth:.1}° (from -Z to +X), {}, radius {:.1}°, {:.1} % of all light",
             light.id,
+            light.position.map_or("far away".into(), |position| format!("{:.1} m away", position.distance(TARGET))),
             light.angular_radius.to_degrees(),
             100.0 * light.share
         );
         let end = TARGET + light.direction * (0.085 + length(&light));
         if let Some(pixel) = intrinsics.project(pose.transform_point(end).into()) {
             let label = format!("{}: {:.0}% {elevation:.0}°", light.id, 100.0 * light.share);
-            write(picture, pixel.as_ivec2() - IVec2::new(8 * label.chars().count() as i32 / 2, 10), &label);
+            let size = IVec2::new(8 * label.chars().count() as i32 + 2, 15);
+            let mut at = pixel.as_ivec2() - IVec2::new(size.x / 2, 10);
+            while let Some((other, _)) = labels
+                .iter()
+                .find(|(other, other_size)| at.cmplt(*other + *other_size).all() && (*other).cmplt(at + size).all())
+            {
+                at.y = other.y - size.y;
+            }
+            labels.push((at, size));
+            write(picture, at, &label);
         }
     }
 }

@@ -205,7 +205,8 @@ fn desk_folder() -> Option<PathBuf> {
 
 /// What `desk.glb` says, node by node.
 fn desk_components() -> Vec<(usize, &'static str, Vec<AuthoredComponent>)> {
-    let phantom = |casts, receives| vec![AuthoredComponent::PhantomObject(PhantomObject { casts, receives })];
+    let phantom =
+        |casts, receives| vec![AuthoredComponent::PhantomObject(PhantomObject { casts, receives, ..default() })];
     vec![
         (
             0,
@@ -215,7 +216,15 @@ fn desk_components() -> Vec<(usize, &'static str, Vec<AuthoredComponent>)> {
                 AuthoredComponent::WorldOrigin(WorldOrigin),
             ],
         ),
-        (1, "ball", vec![AuthoredComponent::LightProbeSphere(LightProbeSphere { radius: 0.05, reflectance: 0.9 })]),
+        (
+            1,
+            "ball",
+            vec![AuthoredComponent::LightProbeSphere(LightProbeSphere {
+                radius: 0.05,
+                reflectance: 0.9,
+                ..Default::default()
+            })],
+        ),
         (2, "table", phantom(false, true)),
         (3, "box", phantom(true, true)),
         (4, "can", phantom(true, true)),

@@ -110,7 +110,7 @@ fn probing_app(environment: fn(Vec3) -> Vec3) -> Option<(App, Entity)> {
     })?;
     let feed = CameraFeed::pixels(photograph(environment)).with_pace(FeedPace::Lockstep);
     app.world_mut().spawn((ArCamera::new(intrinsics()), camera_pose(), Camera { is_active: false, ..default() }, feed));
-    let sphere = LightProbeSphere { radius: RADIUS, reflectance: REFLECTANCE };
+    let sphere = LightProbeSphere { radius: RADIUS, reflectance: REFLECTANCE, ..Default::default() };
     let probe = app.world_mut().spawn((sphere, Transform::from_translation(BALL))).id();
     // Shaders arrive from the asset server in their own time, and without a view to draw, frames do not take any.
     for _ in 0..20 {

@@ -38,11 +38,11 @@ fn a_virtual_box_shadows_the_desk_around_it_until_the_dome_or_the_receiver_goes(
     assert!(shadowed.darkened(near) >= DARKER.into());
     assert!(shadowed.darkened(far).abs() <= SAME.into());
 
-    desk.app.world_mut().entity_mut(desk.plane).insert(PhantomObject { casts: false, receives: false });
+    desk.app.world_mut().entity_mut(desk.plane).insert(PhantomObject { casts: false, receives: false, ..default() });
     let not_receiving = desk.shoot();
     println!("not receiving: {} steps", not_receiving.darkened(near));
     assert!(not_receiving.darkened(near).abs() <= SAME.into());
-    desk.app.world_mut().entity_mut(desk.plane).insert(PhantomObject { casts: false, receives: true });
+    desk.app.world_mut().entity_mut(desk.plane).insert(PhantomObject { casts: false, ..default() });
     let again = desk.shoot().difference(&shadowed.0);
     assert!(again <= SAME, "receiving again: off by {again}");
 

@@ -2,11 +2,11 @@
 
 use super::{
     error::ExtrasProblem,
-    fields::{Fields, Flag, HexColor, Pixels, Positive, Whole, Word, quoted, shown},
+    fields::{Albedo, Fields, Flag, HexColor, Pixels, Positive, Whole, Word, quoted, shown},
 };
 use crate::{
     materials::{SurfaceStyle, ToonStyle},
-    probe::LightProbeSphere,
+    probe::{BallSurface, LightProbeSphere},
     shadows::ShadowDomeLight,
     stage::PhantomObject,
     tracking::{MarkerAnchor, WorldOrigin},
@@ -124,25 +124,30 @@ impl FromExtras for WorldOrigin {
 }
 
 impl FromExtras for LightProbeSphere {
-    const EXAMPLE: &'static str = r#"{"radius": 0.05, "reflectance": 0.9}"#;
+    const EXAMPLE: &'static str = r#"{"radius": 0.05, "reflectance": 0.9, "surface": "Mirror"}"#;
 
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         let default = Self::default();
         Some(Self {
             radius: fields.optional("radius", Positive::METRES).unwrap_or(default.radius),
             reflectance: fields.optional("reflectance", Positive::SHARE).unwrap_or(default.reflectance),
+            surface: match fields.optional("surface", Word(&["Mirror", "Dielectric"])) {
+                Some("Dielectric") => BallSurface::Dielectric,
+                _ => default.surface,
+            },
         })
     }
 }
 
 impl FromExtras for PhantomObject {
-    const EXAMPLE: &'static str = r#"{"casts": true, "receives": true}"#;
+    const EXAMPLE: &'static str = r#"{"casts": true, "receives": true, "reflectance": [0.8, 0.8, 0.8]}"#;
 
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         let default = Self::default();
         Some(Self {
             casts: fields.optional("casts", Flag).unwrap_or(default.casts),
             receives: fields.optional("receives", Flag).unwrap_or(default.receives),
+            reflectance: fields.optional("reflectance", Albedo),
         })
     }
 }

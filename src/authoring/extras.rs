@@ -35,7 +35,7 @@ impl ParsedExtras {
 ///
 /// let desk = NodeContext::new("desk.glb", "table");
 /// let parsed = parse_node_extras(r#"{"PhantomObject": {"casts": false}, "cycles": 1}"#, &desk);
-/// let phantom = PhantomObject { casts: false, receives: true };
+/// let phantom = PhantomObject { casts: false, ..Default::default() };
 /// assert_eq!(parsed.components, [AuthoredComponent::PhantomObject(phantom)]);
 ///
 /// let parsed = parse_node_extras(r#"{"PhantomObject": {"casts": 0}}"#, &desk);
@@ -113,8 +113,12 @@ mod tests {
         let json = r#"{"LightProbeSphere": {"radius": 0.03, "reflectance": 0.65}, "PhantomObject": {"receives": false},
             "ShadowDomeLight": {"directions": 16, "resolution": 100}}"#;
         let expected = [
-            AuthoredComponent::LightProbeSphere(LightProbeSphere { radius: 0.03, reflectance: 0.65 }),
-            AuthoredComponent::PhantomObject(PhantomObject { casts: true, receives: false }),
+            AuthoredComponent::LightProbeSphere(LightProbeSphere {
+                radius: 0.03,
+                reflectance: 0.65,
+                ..Default::default()
+            }),
+            AuthoredComponent::PhantomObject(PhantomObject { receives: false, ..PhantomObject::default() }),
             AuthoredComponent::ShadowDomeLight(ShadowDomeLight {
                 directions: 16,
                 resolution: 100,
@@ -159,7 +163,7 @@ mod tests {
         assert_eq!(of_ball("Radius"), r#"LightProbeSphere.Radius is unknown; rename it to "radius" or remove it"#);
         assert_eq!(
             of_ball("diameter"),
-            "LightProbeSphere.diameter is unknown; remove it, the fields are radius, reflectance"
+            "LightProbeSphere.diameter is unknown; remove it, the fields are radius, reflectance, surface"
         );
         assert_eq!(
             complaint(r#"{"WorldOrigin": {"id": 0}}"#),

@@ -1,7 +1,10 @@
 //! Reads the fields of one JSON object by rules and collects everything that is wrong with them.
 
 use super::{error::ExtrasProblem, spelling::closest};
-use bevy::color::{Color, Srgba};
+use bevy::{
+    color::{Color, Srgba},
+    math::Vec3,
+};
 use serde_json::{Map, Value};
 
 /// Which values a field accepts.
@@ -89,6 +92,26 @@ impl Rule for Positive {
             text.push_str(&format!(" ({unit})"));
         }
         text
+    }
+}
+
+/// Shares of red, green and blue light that a surface reflects: one number for all, or three.
+pub(super) struct Albedo;
+
+impl Rule for Albedo {
+    type Value = Vec3;
+
+    fn read(&self, json: &Value) -> Result<Vec3, Mismatch> {
+        if json.is_number() {
+            return Positive::SHARE.read(json).map(Vec3::splat);
+        }
+        let numbers = json.as_array().filter(|numbers| numbers.len() == 3).ok_or(Mismatch::Type)?;
+        let share = |i: usize| Positive::SHARE.read(&numbers[i]);
+        Ok(Vec3::new(share(0)?, share(1)?, share(2)?))
+    }
+
+    fn expected(&self) -> String {
+        "a number above 0 and at most 1, or three of them for red, green and blue (linear)".into()
     }
 }
 
@@ -283,6 +306,18 @@ mod tests {
         assert_eq!(Positive::SHARE.read(&json!(1)), Ok(1.0));
         assert_eq!(Positive::SHARE.read(&json!(1.01)), Err(Mismatch::Range));
         assert_eq!(Positive::SHARE.read(&json!("0.9")), Err(Mismatch::Type));
+    }
+
+    #[test]
+    fn albedos_are_one_share_or_three() {
+        assert_eq!(Albedo.read(&json!(0.8)), Ok(Vec3::splat(0.8)));
+        assert_eq!(Albedo.read(&json!([0.8, 0.5, 1])), Ok(Vec3::new(0.8, 0.5, 1.0)));
+        for outside in [json!(0), json!(1.2), json!([0.8, 0.0, 0.5])] {
+            assert_eq!(Albedo.read(&outside), Err(Mismatch::Range), "{outside}");
+        }
+        for other in [json!("white"), json!([0.8, 0.5]), json!([0.8, 0.5, "1"])] {
+            assert_eq!(Albedo.read(&other), Err(Mismatch::Type), "{other}");
+        }
     }
 
     #[test]

@@ -9,8 +9,8 @@
 //! |---|---|
 //! | `{"MarkerAnchor": {"id": 0, "size": 0.1, "family": "tag36h11"}}` | [`MarkerAnchor`]; `id` and `size` are mandatory |
 //! | `{"WorldOrigin": {}}` | [`WorldOrigin`] |
-//! | `{"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9}}` | [`LightProbeSphere`] |
-//! | `{"PhantomObject": {"casts": true, "receives": true}}` | [`PhantomObject`] |
+//! | `{"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9, "surface": "Mirror"}}` | [`LightProbeSphere`]; or `"Dielectric"` |
+//! | `{"PhantomObject": {"casts": true, "receives": true, "reflectance": 0.8}}` | [`PhantomObject`]; the reflectance, where known, may be `[r, g, b]`, linear |
 //! | `{"ShadowDomeLight": {"directions": 64, "resolution": 256}}` | [`ShadowDomeLight`] |
 //! | `{"SurfaceStyle": "Toon"}`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and all below it |
 //! | `{"SurfaceStyle": {"Toon": {"bands": 4, "highlight": true, "outline_width": 2, "outline_color": "#000000"}}}` | the same with details |

@@ -127,7 +127,7 @@ mod tests {
         let mut app = app();
         let node = app.world_mut().spawn(extras(r#"{"PhantomObject": {}}"#)).id();
         app.update();
-        let changed = PhantomObject { casts: false, receives: false };
+        let changed = PhantomObject { casts: false, receives: false, ..default() };
         app.world_mut().entity_mut(node).insert(changed);
         app.update();
         assert_eq!(app.world().get::<PhantomObject>(node), Some(&changed));

@@ -11,6 +11,8 @@ use bevy::prelude::*;
 pub struct FoundLight {
     /// Towards the light from the ball's center, unit vector in world space.
     pub direction: Vec3,
+    /// Where it is, world space, metres; `None` if it is far away or the desk does not tell.
+    pub position: Option<Vec3>,
     /// Irradiance at a surface that faces it, per channel, linear camera units (radiance · steradian).
     pub irradiance: Vec3,
     /// Half the angle it takes up, in radians: that of a disk with the same variance.
@@ -31,6 +33,8 @@ const SPLIT_GAIN: f32 = 0.45;
 const LEAST_OVER_SURROUNDINGS: f32 = 2.5;
 /// How far the surroundings reach from a light's rim, radians.
 const SURROUNDINGS: f32 = 0.35;
+/// A light's direction is that of what exceeds this share of its brightest cell.
+const CORE_FROM: f32 = 0.25;
 /// Lights closer than this are one, radians.
 const MERGE_WITHIN: f32 = 0.12;
 /// Fainter lights are not counted, share of all light.
@@ -77,7 +81,8 @@ pub(super) fn find_lights(sky: &[SkyCell], gains: &[Vec3]) -> Vec<FoundLight> {
             let radius = part.spread * std::f32::consts::SQRT_2;
             let irradiance: Vec3 = part.cells.iter().map(|&i| radiance[i] * sky[i].solid_angle).sum();
             let light = FoundLight {
-                direction: part.dir_world,
+                direction: core_direction(&part, sky, &brightness),
+                position: None,
                 irradiance,
                 angular_radius: radius.max(SMALLEST_RADIUS),
                 share: luminance(irradiance) / total,
@@ -114,6 +119,13 @@ fn split_groups(groups: Vec<Vec<usize>>, sky: &[SkyCell], weight: &impl Fn(usize
         }
     }
     parts
+}
+
+/// The middle of what is about as bright as the part's brightest cell: a glow around the sun does not move it.
+fn core_direction(part: &Region, sky: &[SkyCell], brightness: &[f32]) -> Vec3 {
+    let peak = part.cells.iter().map(|&i| brightness[i]).fold(0.0, f32::max);
+    let weight = |i: usize| (brightness[i] - CORE_FROM * peak).max(0.0) * sky[i].solid_angle;
+    part.cells.iter().map(|&i| weight(i) * sky[i].dir_world).sum::<Vec3>().normalize_or(part.dir_world)
 }
 
 /// Whether a part is compact: much brighter than a ring around it.

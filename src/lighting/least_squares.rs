@@ -28,9 +28,9 @@ impl NormalEquations {
         }
     }
 
-    /// The x ≥ 0 at which the sum is least, by coordinate descent from a start.
-    pub(super) fn solve(&self, start: &[f64]) -> Vec<f64> {
-        let mut x = start.to_vec();
+    /// The x ≥ floor at which the sum is least, by coordinate descent from a start.
+    pub(super) fn solve(&self, start: &[f64], floor: &[f64]) -> Vec<f64> {
+        let mut x: Vec<f64> = start.iter().zip(floor).map(|(x, floor)| x.max(*floor)).collect();
         for _ in 0..MOST_SWEEPS {
             let (mut change, mut largest) = (0.0_f64, 1e-30_f64);
             for i in 0..self.n {
@@ -39,7 +39,7 @@ impl NormalEquations {
                     continue;
                 }
                 let gradient = row.iter().zip(&x).map(|(a, b)| a * b).sum::<f64>() - self.b[i];
-                let next = (x[i] - gradient / row[i]).max(0.0);
+                let next = (x[i] - gradient / row[i]).max(floor[i]);
                 // In units of each unknown's own uncertainty they would all weigh the same.
                 let scale = row[i].sqrt();
                 change = change.max((next - x[i]).abs() * scale);
@@ -101,8 +101,11 @@ mod tests {
         let mut equations = NormalEquations::new(2);
         equations.add(&[(0, 1.0), (1, 1.0)], 1.0, 1.0);
         equations.add(&[(0, 1.0)], 2.0, 1.0);
-        let x = equations.solve(&[0.0; 2]);
+        let x = equations.solve(&[0.0; 2], &[0.0; 2]);
         assert!((x[0] - 1.5).abs() < 1e-6 && x[1] == 0.0, "{x:?}");
+        // y ≥ 0.5: x = (0.5 + 2) / 2.
+        let x = equations.solve(&[0.0; 2], &[0.0, 0.5]);
+        assert!((x[0] - 1.25).abs() < 1e-6 && x[1] == 0.5, "{x:?}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     camera::{FramePixels, Intrinsics},
-    probe::BallView,
+    probe::{BallSurface, BallView},
 };
 use bevy::{math::Affine3A, prelude::*};
 use std::f32::consts::PI;
@@ -29,8 +29,10 @@ pub struct MirrorBall {
     pub center: Vec3,
     /// Radius in metres.
     pub radius: f32,
-    /// Share of light it mirrors, 0…1.
+    /// Share of light it mirrors, 0…1; perpendicular to its surface if that depends on the angle.
     pub reflectance: f32,
+    /// Whether it does.
+    pub surface: BallSurface,
 }
 
 /// What a point belongs to.
@@ -62,7 +64,7 @@ pub(super) struct Meter {
 /// What stands on the desk.
 #[derive(Clone, Copy)]
 pub(super) struct Desk<'a> {
-    pub ball: MirrorBall,
+    pub balls: &'a [MirrorBall],
     pub papers: &'a [Paper],
     pub phantoms: &'a [PhantomSolid],
 }
@@ -87,7 +89,7 @@ impl Meter {
         camera_from_world: &Affine3A,
         sky: &[SkyCell],
     ) -> Self {
-        let mut points = paper_points(desk);
+        let mut points = paper_points(desk.papers);
         let most = points.len() + MOST_POINTS;
         points.extend(phantom_points(desk, intrinsics, camera_from_world));
         memory.clear();
@@ -102,13 +104,15 @@ impl Meter {
     fn trace(&mut self, i: usize, desk: Desk, sky: &[SkyCell]) {
         let point = self.points[i];
         let origin = point.pos_world + SURFACE_OFFSET * point.normal_world;
-        let to_ball = desk.ball.center - origin;
-        let mirrored = MirroredSky::new(to_ball, desk.ball);
+        let mirrored: Vec<MirroredSky> =
+            desk.balls.iter().filter_map(|ball| MirroredSky::new(ball.center - origin, *ball)).collect();
         let mut hidden = vec![0.0_f32; desk.phantoms.len()];
         for cell in sky {
             let cosine = cell.dir_world.dot(point.normal_world);
             let mut weight = 0.0;
-            if cosine > 0.0 && !sphere_is_hit(to_ball, desk.ball.radius, cell.dir_world) {
+            let is_behind_ball =
+                || desk.balls.iter().any(|ball| sphere_is_hit(ball.center - origin, ball.radius, cell.dir_world));
+            if cosine > 0.0 && !is_behind_ball() {
                 let nearest = desk
                     .phantoms
                     .iter()
@@ -121,12 +125,48 @@ impl Meter {
                     None => weight = cosine * cell.solid_angle,
                 }
             }
-            if let Some(mirrored) = &mirrored {
+            for mirrored in &mirrored {
                 weight += mirrored.weight(cell, point.normal_world);
             }
             self.weights.push(weight);
         }
         self.hidden.push(hidden.into_iter().enumerate().filter(|(_, share)| *share > 0.0).collect());
+    }
+}
+
+/// What a light at a finite distance sends to points of the desk.
+pub(super) struct NearLight<'a> {
+    pub desk: Desk<'a>,
+    /// Where its rays to the camera were mirrored, world space.
+    pub origin: Vec3,
+    /// From there, metres.
+    pub distance: f32,
+}
+
+impl NearLight<'_> {
+    /// Irradiance per radiance of cells at a point: directly, in place of the light from far away, and by way of the balls.
+    pub(super) fn weights(&self, point: &MeterPoint, cells: impl Iterator<Item = SkyCell>) -> Vec<f32> {
+        let from = point.pos_world + SURFACE_OFFSET * point.normal_world;
+        let balls = self.desk.balls.iter();
+        let mirrored: Vec<MirroredSky> = balls.filter_map(|ball| MirroredSky::new(ball.center - from, *ball)).collect();
+        cells
+            .map(|cell| {
+                let to_light = self.origin + self.distance * cell.dir_world - from;
+                let distance = to_light.length().max(1e-3);
+                let dir = to_light / distance;
+                let solid_angle = cell.solid_angle * (self.distance / distance).powi(2);
+                let cosine = dir.dot(point.normal_world);
+                let direct = if cosine > 0.0 && !self.desk.hides(from, dir) { cosine * solid_angle } else { 0.0 };
+                direct + mirrored.iter().map(|mirrored| mirrored.weight(&cell, point.normal_world)).sum::<f32>()
+            })
+            .collect()
+    }
+}
+
+impl Desk<'_> {
+    fn hides(&self, origin: Vec3, dir: Vec3) -> bool {
+        self.balls.iter().any(|ball| sphere_is_hit(ball.center - origin, ball.radius, dir))
+            || self.phantoms.iter().any(|phantom| phantom.casts && phantom.hit(origin, dir).is_some())
     }
 }
 
@@ -178,9 +218,9 @@ impl MirroredSky {
     }
 }
 
-fn paper_points(desk: Desk) -> Vec<MeterPoint> {
+pub(super) fn paper_points(papers: &[Paper]) -> Vec<MeterPoint> {
     let mut points = Vec::new();
-    for paper in desk.papers {
+    for paper in papers {
         let middle_of_margin = paper.size * 4.5 / 8.0;
         let normal_world = paper.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
         for step in 0..PAPER_STEPS {
@@ -213,7 +253,7 @@ fn phantom_points(desk: Desk, intrinsics: &Intrinsics, camera_from_world: &Affin
     for i in 0..counts.element_product() {
         let pixel = (Vec2::new((i % counts.x) as f32, (i / counts.x) as f32) + 0.5) * spacing;
         let ray = world_from_camera.transform_vector3(intrinsics.ray(pixel)).normalize();
-        if sphere_is_hit(desk.ball.center - eye, 1.05 * desk.ball.radius, ray) {
+        if desk.balls.iter().any(|ball| sphere_is_hit(ball.center - eye, 1.05 * ball.radius, ray)) {
             continue;
         }
         let nearest = desk

@@ -19,6 +19,22 @@
 //! anew in each round. Unknowns are not negative; what no equation says stays at the least extra light, with the color of the light
 //! as a whole. Outliers (fireflies, prints, edges) lose their weight by their distance (Cauchy).
 //!
+//! Clipped light is taken to be brighter towards the middle of what is clipped, as windows and soft boxes are.
+//!
+//! # More evidence
+//! - A phantom with a known [`reflectance`](crate::stage::PhantomObject::reflectance), such as a folded sheet of paper, is as absolute a
+//!   measure as the marker, and its faces look at different lamps.
+//! - A dark ball ([`LightProbeSphere::is_dark`](crate::probe::LightProbeSphere::is_dark), K 3.1.6) shows in the same picture what the
+//!   bright one clips: how bright each piece is and how its light is spread. What it clips too remains a lower bound.
+//!
+//! # Near lamps
+//! A lamp two metres away lights the near edge of a desk by a third more than the far one, and its shadows fan out. The strongest
+//! compact pieces are tried at a few distances; one is kept where it explains the whole desk clearly better
+//! ([`SolvedRegion::position`]). Two balls that mirror a lamp from different directions tell more exactly where it is.
+//!
+//! # Two cameras
+//! [`match_cameras`] compares the paper in pictures of two cameras: the ratio of their exposures and white balances.
+//!
 //! # Lights
 //! A [`RealLight`] is a compact part of the recovered sky, at least 2.5 times as bright as what surrounds it and four times the median; wide bright
 //! skies and walls are none. Groups of bright cells are split where that leaves little of their variance and merged where they are close. A
@@ -34,26 +50,34 @@
 //!
 //! | room | clipped light as white | one gain, from the paper | a gain per piece, from the desk |
 //! |---|---|---|---|
-//! | studio | 0.87 / 0.49 | 0.38 / 0.22 | 0.17 / 0.13 |
-//! | lodge | 0.39 / 0.45 | 0.34 / 0.39 | 0.15 / 0.31 |
-//! | sunset | 0.30 / 0.32 | 0.18 / 0.29 | 0.12 / 0.32 |
-//! | warehouse | 0.73 / 0.37 | 0.20 / 0.43 | 0.15 / 0.27 |
-//! | plaza | 0.18 / 0.10 | 0.11 / 0.09 | 0.11 / 0.11 |
+//! | studio | 0.87 / 0.49 | 0.38 / 0.22 | 0.20 / 0.13 |
+//! | lodge | 0.39 / 0.45 | 0.34 / 0.39 | 0.16 / 0.31 |
+//! | sunset | 0.30 / 0.32 | 0.18 / 0.29 | 0.13 / 0.32 |
+//! | warehouse | 0.73 / 0.37 | 0.20 / 0.43 | 0.15 / 0.26 |
+//! | plaza | 0.18 / 0.10 | 0.11 / 0.09 | 0.10 / 0.11 |
+//!
+//! Irradiance against the true maps is within 2 % at the marker and 23 % at surfaces tilted by 53°. On a desk with a lamp two metres
+//! away, the same scores with the lamp taken for far away and where it is: 0.26 / 0.29 and 0.20 / 0.22 (means of four pictures).
 //!
 //! # Cost
 //! On a thread in the background, one picture at a time: some 500 points × 6144 directions. Rays are traced anew only when something has
-//! moved by millimetres or the camera by 5 cm. In lockstep feeds the frame waits for the answer.
+//! moved by millimetres or the camera by 5 cm. Lamps are looked for at all distances when the desk is explained 1.4 times worse than when that
+//! was last done; otherwise they are kept up to date. In lockstep feeds the frame waits for the answer.
 //!
 //! # Limits
 //! The real things on the desk have to be phantoms: a shadow without a phantom looks like a dark spot, and with none in view the paper alone
-//! tells. Light between things other than the ball's mirror light is not modeled. Lights are taken to be far away, so
-//! [`RealLight::position`] stays unknown. What the camera clips in part of a channel's paper is not used in that channel.
+//! tells. Light between things other than the ball's mirror light is not modeled. A piece of the sky that holds a near lamp and a far
+//! one has one distance. Under many clipped lamps of similar size paper alone does not tell which is the strongest. What
+//! the camera clips in part of a channel's paper is not used in that channel.
 //!
 //! Sources: Debevec et al. 2012; Supan 2006 (row C7) for lights out of an environment map.
 
+mod camera_match;
+mod dark_ball;
 mod find;
 mod least_squares;
 mod meter;
+mod near_light;
 mod ray_cast;
 mod real_light;
 mod recover;
@@ -61,7 +85,9 @@ mod regions;
 mod self_check;
 mod sky;
 mod solve;
+mod triangulate;
 
+pub use camera_match::{CameraMatch, match_cameras};
 pub use find::FoundLight;
 pub use meter::{MirrorBall, Paper};
 pub use ray_cast::PhantomSolid;
@@ -79,6 +105,7 @@ pub struct LightingPlugin;
 impl Plugin for LightingPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<RealLight>()
+            .register_type::<CameraMatch>()
             .register_type::<SelfCheck>()
             .add_message::<RealLightAppeared>()
             .add_message::<RealLightVanished>()

@@ -27,7 +27,8 @@ pub struct RealLight {
     pub id: u32,
     /// Towards the light as seen from the ball's center, unit vector in world space.
     pub direction: Vec3,
-    /// Where it is, world space, metres; `None` while that is unknown, and for lights far away. One ball alone cannot tell.
+    /// Where it is, world space, metres, if shadows and fall-off on the desk or a second ball tell; `None` while that is unknown,
+    /// and for lights far away.
     pub position: Option<Vec3>,
     /// Linear color; the largest channel is 1.
     pub color: LinearRgba,
@@ -47,7 +48,7 @@ impl RealLight {
         Self {
             id,
             direction: found.direction,
-            position: None,
+            position: found.position,
             color: LinearRgba::rgb(color.x, color.y, color.z),
             irradiance,
             angular_radius: found.angular_radius,
@@ -183,7 +184,7 @@ mod tests {
 
     fn lamp(azimuth: f32, share: f32) -> FoundLight {
         let direction = Vec3::new(azimuth.sin(), 0.5, -azimuth.cos()).normalize();
-        FoundLight { direction, irradiance: Vec3::splat(share), angular_radius: 0.05, share }
+        FoundLight { direction, position: None, irradiance: Vec3::splat(share), angular_radius: 0.05, share }
     }
 
     fn app() -> App {

@@ -75,6 +75,13 @@ pub(super) fn collect_phantoms(
     let solids = found.iter().filter_map(|(mesh, transform, phantom)| {
         let mut solid = PhantomSolid::from_mesh(meshes.get(*mesh)?, transform).filter(|solid| !is_ball(solid))?;
         (solid.casts, solid.receives) = (phantom.casts, phantom.receives);
+        solid.reflectance = phantom.reflectance.filter(|reflectance| {
+            let is_valid = reflectance.cmpgt(Vec3::ZERO).all() && reflectance.cmple(Vec3::ONE).all();
+            if !is_valid {
+                warn!("PhantomObject.reflectance is {reflectance}, which is ignored; each channel has to be above 0 and at most 1");
+            }
+            is_valid
+        });
         Some(solid)
     });
     desk.solids = Arc::new(solids.collect());
@@ -87,6 +94,7 @@ struct Occasion {
     sequence: u64,
     solids: usize,
     probe: LightProbeSphere,
+    others: Vec<MirrorBall>,
     recovery: ClipRecovery,
     center: Vec3,
     gain: Vec3,
@@ -137,7 +145,16 @@ pub(super) fn recover_lights(
     anchors: Query<(&MarkerAnchor, &MarkerTracking)>,
     desk: Res<DeskSolids>,
 ) {
+    let balls: Vec<(Entity, MirrorBall, u64)> = probes
+        .iter()
+        .filter(|(_, _, _, _, measurement, ..)| measurement.is_in_view)
+        .map(|(entity, probe, _, transform, measurement, ..)| (entity, ball(probe, transform), measurement.sequence))
+        .collect();
     for (entity, probe, recovery, transform, measurement, solver, has_gains, recovered) in &mut probes {
+        // A dark ball is a second exposure of another one.
+        if probe.is_dark() {
+            continue;
+        }
         let Some(mut solver) = solver else {
             commands.entity(entity).insert(Solver::default());
             continue;
@@ -152,7 +169,13 @@ pub(super) fn recover_lights(
         if !measurement.is_in_view || measurement.sequence != frame.sequence || solver.running.is_some() {
             continue;
         }
+        let others: Vec<MirrorBall> = balls
+            .iter()
+            .filter(|(other, _, sequence)| *other != entity && *sequence == frame.sequence)
+            .map(|(_, ball, _)| *ball)
+            .collect();
         let occasion = Occasion {
+            others: others.clone(),
             sequence: frame.sequence,
             solids: Arc::as_ptr(&desk.solids).addr(),
             probe: *probe,
@@ -184,16 +207,12 @@ pub(super) fn recover_lights(
             papers.first().map_or(Vec3::Y, |p| p.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero());
         let gain = measurement.gain;
         let shown = recovered.map(|recovered| (recovered.light.clone(), recovered.lights.first().copied()));
-        let ball = MirrorBall {
-            center: transform.translation(),
-            radius: probe.radius,
-            reflectance: probe.reflectance.clamp(0.01, 1.0),
-        };
         let picture = DeskPicture {
             frame: frame.pixels.clone(),
             intrinsics: ar_camera.intrinsics_for(frame),
             camera_from_world: world_from_camera.inverse(),
-            ball,
+            ball: ball(probe, transform),
+            other_balls: others,
             papers,
             phantoms: desk.solids.clone(),
             max_gain: recovery.max_gain,
@@ -208,7 +227,7 @@ pub(super) fn recover_lights(
             let solved = if is_wanted { solve_light(&picture, &mut cache).filter(is_trusted) } else { None };
             let is_solved = solved.is_some();
             let light = solved.or_else(|| unsolved_light(&picture, gain, up_world));
-            let lights = light.as_ref().map(SolvedLight::lights).unwrap_or_default();
+            let lights = light.as_ref().map(|light| picture.lights(light)).unwrap_or_default();
             Answer { light, is_solved, lights, check, cache, sequence, cpu_time: started.elapsed() }
         };
         if feed.is_some_and(|feed| feed.pace() == FeedPace::Lockstep) {
@@ -217,6 +236,15 @@ pub(super) fn recover_lights(
         } else {
             solver.running = Some(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(solve));
         }
+    }
+}
+
+fn ball(probe: &LightProbeSphere, transform: &GlobalTransform) -> MirrorBall {
+    MirrorBall {
+        center: transform.translation(),
+        radius: probe.radius,
+        reflectance: probe.reflectance.clamp(0.01, 1.0),
+        surface: probe.surface,
     }
 }
 
@@ -238,7 +266,8 @@ fn publish(commands: &mut Commands, entity: Entity, solver: &mut Solver, answer:
     entity.insert(RecoveredLight { sequence, light: Arc::new(light), is_solved, lights, cpu_time });
 }
 
-/// Whether enough of the desk was seen and explained.
+/// Whether enough of the desk was seen and explained, or a darker ball shows the lamps.
 fn is_trusted(light: &SolvedLight) -> bool {
-    light.points >= light.paper_points + LEAST_POINTS && light.residual <= MOST_RESIDUAL
+    let is_desk_seen = light.points >= light.paper_points + LEAST_POINTS && light.residual <= MOST_RESIDUAL;
+    is_desk_seen || light.dark_readings > light.regions.len() / 2
 }

@@ -80,6 +80,49 @@ pub(super) fn connected(cells: &[usize], sky: &[SkyCell]) -> Vec<Vec<usize>> {
     groups
 }
 
+/// How the extra light of a region's cells is shaped, mean 1 (weighted by clipped light): more towards the middle of what is
+/// clipped.
+pub(super) fn profiles(sky: &[SkyCell], regions: &[Region], power: f32) -> Vec<Vec<f32>> {
+    let (clipped, open): (Vec<usize>, Vec<usize>) = (0..sky.len()).partition(|&i| is_clipped(&sky[i]));
+    let is_edge = |i: &usize| {
+        let reach = 1.7 * sky[*i].solid_angle.sqrt();
+        clipped.iter().any(|&j| sky[j].dir_world.distance_squared(sky[*i].dir_world) < reach * reach)
+    };
+    let edge: Vec<usize> = open.into_iter().filter(is_edge).collect();
+    let profile = |region: &Region| {
+        let depth = |i: usize| {
+            let nearest = edge.iter().map(|&j| sky[j].dir_world.distance_squared(sky[i].dir_world));
+            nearest.fold(4.0, f32::min).sqrt().powf(power)
+        };
+        let depths: Vec<f32> = region.cells.iter().map(|&i| depth(i)).collect();
+        let light = |i: usize| sky[i].solid_angle * (sky[i].clipped + sky[i].limited).element_sum();
+        let total: f32 = region.cells.iter().map(|&i| light(i)).sum();
+        let sum: f32 = region.cells.iter().zip(&depths).map(|(&i, depth)| light(i) * depth).sum();
+        depths.iter().map(|depth| depth * total / sum.max(f32::MIN_POSITIVE)).collect()
+    };
+    regions.iter().map(profile).collect()
+}
+
+/// The profile with which extra light is spread over a region's cells in proportion to a shape.
+pub(super) fn shaped(region: &Region, sky: &[SkyCell], shape: &[f32]) -> Vec<f32> {
+    let clipped = |i: usize| (sky[i].clipped + sky[i].limited).element_sum();
+    let typical = region.cells.iter().map(|&i| clipped(i)).fold(0.0, f32::max);
+    let profile: Vec<f32> = region
+        .cells
+        .iter()
+        .zip(shape)
+        .map(|(&i, extra)| extra / clipped(i).max(LEAST_CLIPPED_SHARE * typical).max(f32::MIN_POSITIVE))
+        .collect();
+    let light = |i: usize| sky[i].solid_angle * clipped(i);
+    let total: f32 = region.cells.iter().map(|&i| light(i)).sum();
+    let sum: f32 = region.cells.iter().zip(&profile).map(|(&i, share)| light(i) * share).sum();
+    profile.into_iter().map(|share| share * total / sum.max(f32::MIN_POSITIVE)).collect()
+}
+
+fn is_clipped(cell: &SkyCell) -> bool {
+    (cell.clipped + cell.limited).max_element() > LEAST_CLIPPED_SHARE * cell.seen.max_element()
+}
+
 /// Share of a cell's light that has to be clipped for it to belong to a region.
 const LEAST_CLIPPED_SHARE: f32 = 0.25;
 /// Regions wider than this (root mean square, radians) are split.
@@ -89,11 +132,8 @@ const MOST_REGIONS: usize = 40;
 
 /// The clipped cells above a plane, in regions of similar size.
 pub(super) fn clipped_regions(sky: &[SkyCell], up_world: Vec3) -> Vec<Region> {
-    let is_clipped = |cell: &SkyCell| {
-        cell.dir_world.dot(up_world) > 0.0
-            && (cell.clipped + cell.limited).max_element() > LEAST_CLIPPED_SHARE * cell.seen.max_element()
-    };
-    let cells: Vec<usize> = (0..sky.len()).filter(|&i| is_clipped(&sky[i])).collect();
+    let is_above = |cell: &SkyCell| cell.dir_world.dot(up_world) > 0.0;
+    let cells: Vec<usize> = (0..sky.len()).filter(|&i| is_above(&sky[i]) && is_clipped(&sky[i])).collect();
     let weight = |i: usize| sky[i].solid_angle;
     let mut regions: Vec<Region> =
         connected(&cells, sky).into_iter().map(|group| Region::new(group, sky, &weight)).collect();

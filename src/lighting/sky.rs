@@ -1,8 +1,9 @@
 //! The ball's picture as a cube of small cells, with what of each cell the camera clipped.
 
+use super::{meter::MirrorBall, solve::DeskPicture};
 use crate::{
     camera::{FramePixels, Intrinsics},
-    probe::{BallView, ClipGains, EDGE_MARGIN_PIXELS, cube_directions, gain_limits},
+    probe::{BallSurface, BallView, ClipGains, EDGE_MARGIN_PIXELS, cube_directions, gain_limits},
 };
 use bevy::{math::Affine3A, prelude::*};
 
@@ -39,12 +40,24 @@ pub(super) struct BallPicture<'a> {
     pub frame: &'a FramePixels,
     pub intrinsics: &'a Intrinsics,
     pub ball: &'a BallView,
-    /// Share of light the ball mirrors.
+    /// Share of light the ball mirrors, perpendicular to it.
     pub reflectance: f32,
+    pub surface: BallSurface,
     pub camera_from_world: &'a Affine3A,
 }
 
-impl BallPicture<'_> {
+impl<'a> BallPicture<'a> {
+    pub(super) fn new(picture: &'a DeskPicture, ball: &MirrorBall, view: &'a BallView) -> Self {
+        Self {
+            frame: &picture.frame,
+            intrinsics: &picture.intrinsics,
+            ball: view,
+            reflectance: ball.reflectance,
+            surface: ball.surface,
+            camera_from_world: &picture.camera_from_world,
+        }
+    }
+
     /// The sky in cells, in the order of [`cube_directions`].
     pub(super) fn sky(&self, edge: u32) -> Vec<SkyCell> {
         const SUBSAMPLES: u32 = 2;
@@ -62,8 +75,10 @@ impl BallPicture<'_> {
                         * step;
                     let dir = (dir_world + across.x * right + across.y * up).normalize();
                     let dir_camera = self.camera_from_world.transform_vector3(dir);
-                    if let Some(pixel) = self.intrinsics.project(self.ball.surface_point(dir_camera, edge_angle)) {
-                        self.add_bilinear(&mut cell, &mut limits, pixel, 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32);
+                    let point = self.ball.surface_point(dir_camera, edge_angle);
+                    if let Some(pixel) = self.intrinsics.project(point) {
+                        let share = 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32;
+                        self.add_bilinear(&mut cell, &mut limits, pixel, share / self.reflectance_at(point));
                     }
                 }
                 cell.limit = Vec3::from_array(std::array::from_fn(|c| {
@@ -74,6 +89,24 @@ impl BallPicture<'_> {
             .collect()
     }
 
+    /// Radiance towards a direction with clipped light taken for white; `None` where the ball does not show it.
+    pub(super) fn radiance(&self, dir_world: Vec3, edge_angle: f32) -> Option<Vec3> {
+        let dir_camera = self.camera_from_world.transform_vector3(dir_world);
+        if (-self.ball.center_camera).angle_between(dir_camera) > edge_angle {
+            return None;
+        }
+        let point = self.ball.surface_point(dir_camera, edge_angle);
+        let (mut cell, mut limits) = (SkyCell::default(), Vec3::ZERO);
+        self.add_bilinear(&mut cell, &mut limits, self.intrinsics.project(point)?, 1.0 / self.reflectance_at(point));
+        Some(cell.seen)
+    }
+
+    /// Share of light that a point of the ball (camera space) mirrors to the camera.
+    pub(super) fn reflectance_at(&self, point_camera: Vec3) -> f32 {
+        let normal = (point_camera - self.ball.center_camera) / self.ball.radius;
+        self.surface.reflectance_at(self.reflectance, -normal.dot(point_camera.normalize_or_zero()))
+    }
+
     fn add_bilinear(&self, cell: &mut SkyCell, limits: &mut Vec3, pixel: Vec2, weight: f32) {
         let corner = (pixel - 0.5).floor();
         let t = pixel - 0.5 - corner;
@@ -81,7 +114,7 @@ impl BallPicture<'_> {
         let shares = [(1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y];
         for (share, (dx, dy)) in shares.into_iter().zip([(0, 0), (1, 0), (0, 1), (1, 1)]) {
             let value = self.frame.linear(x + dx, y + dy);
-            let part = weight * share / self.reflectance * value;
+            let part = weight * share * value;
             cell.seen += part;
             for (c, limit) in gain_limits(value).into_iter().enumerate() {
                 match limit {

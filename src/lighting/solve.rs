@@ -1,12 +1,15 @@
 //! Camera picture + what stands on the desk → how bright the clipped lights are.
 
 use super::{
+    dark_ball::{DarkReading, read_dark_balls},
     find::{FoundLight, find_lights},
     least_squares::NormalEquations,
     meter::{Desk, Meter, MeterPoint, MirrorBall, Paper, Surface, brightness},
+    near_light::KnownPlaces,
     ray_cast::PhantomSolid,
-    regions::{Region, clipped_regions},
+    regions::{Region, clipped_regions, profiles, shaped},
     sky::{BallPicture, SKY_EDGE, SkyCell},
+    triangulate::triangulate,
 };
 use crate::{
     camera::{FramePixels, Intrinsics},
@@ -26,6 +29,9 @@ pub struct DeskPicture {
     pub camera_from_world: Affine3A,
     /// The mirrored ball.
     pub ball: MirrorBall,
+    /// Other mirrored balls. Darker ones tell how bright the lamps are that the first one shows clipped; two balls tell where lamps
+    /// are.
+    pub other_balls: Vec<MirrorBall>,
     /// Sheets of markers that were seen in this picture.
     pub papers: Vec<Paper>,
     /// Other real things, the desk itself included.
@@ -43,6 +49,8 @@ pub struct SolvedRegion {
     pub solid_angle: f32,
     /// How many times brighter than white, per channel; at least 1.
     pub gain: Vec3,
+    /// Where it is, world space, metres, if the desk tells that it is near: shadows fan out and light falls off. `None` far away.
+    pub position: Option<Vec3>,
     /// Share of the answer that the equations fix, 0…1; the rest is the prior, least extra light.
     pub confidence: f32,
 }
@@ -60,11 +68,27 @@ pub struct SolvedLight {
     pub paper_points: usize,
     /// Root of the mean squared relative difference between the desk as the light explains it and as it is (robust).
     pub residual: f32,
+    /// Clipped pieces whose light a darker ball shows.
+    pub dark_readings: usize,
     /// The paper as the light explains it ÷ as it is, per channel.
     pub paper_ratio: Vec3,
     /// Ratio of the largest to the smallest scale of the equations; large where regions cannot be told apart.
     pub condition: f32,
     pub(super) sky: Vec<SkyCell>,
+}
+
+impl DeskPicture {
+    /// The lights of a solution for this picture, strongest first: [`SolvedLight::lights`] with the places that a second ball tells of.
+    pub fn lights(&self, solved: &SolvedLight) -> Vec<FoundLight> {
+        let mut lights = solved.lights();
+        triangulate(self, &mut lights);
+        lights
+    }
+
+    /// All balls, the one that shows the sky first.
+    pub(super) fn balls(&self) -> Vec<MirrorBall> {
+        std::iter::once(self.ball).chain(self.other_balls.iter().copied()).collect()
+    }
 }
 
 impl SolvedLight {
@@ -82,19 +106,29 @@ impl SolvedLight {
         lit.sum::<Vec3>() / PI
     }
 
-    /// Compact parts of the sky that are much brighter than the rest, strongest first.
+    /// Compact parts of the sky that are much brighter than the rest, strongest first, with the places that the desk tells of.
     pub fn lights(&self) -> Vec<FoundLight> {
-        find_lights(&self.sky, &self.gains)
+        let mut lights = find_lights(&self.sky, &self.gains);
+        for light in &mut lights {
+            let angle = |region: &SolvedRegion| region.direction.angle_between(light.direction);
+            let nearest = self.regions.iter().min_by(|a, b| angle(a).total_cmp(&angle(b)));
+            let is_part = |region: &&SolvedRegion| angle(region) < light.angular_radius + SAME_LIGHT;
+            light.position = nearest.filter(is_part).and_then(|region| region.position);
+        }
+        lights
     }
 }
 
 /// What does not change from picture to picture while nothing moves.
 #[derive(Clone, Debug, Default)]
 pub struct SolverCache {
-    made_for: Option<(MirrorBall, Vec<Paper>, Arc<Vec<PhantomSolid>>, Affine3A)>,
+    made_for: Option<(Vec<MirrorBall>, Vec<Paper>, Arc<Vec<PhantomSolid>>, Affine3A)>,
     meter: Meter,
+    places: KnownPlaces,
 }
 
+/// A light and a region this close are the same, radians beyond the light's radius.
+const SAME_LIGHT: f32 = 0.07;
 /// Relative uncertainty of a brightness: texture, geometry, light between things.
 const UNCERTAINTY: f64 = 0.04;
 /// Points darker than this share of the open sky's irradiance are as uncertain as those at it.
@@ -107,8 +141,17 @@ const PRIOR: f64 = 1.0;
 const SMOOTHNESS: f64 = 10.0;
 /// Weight of the prior that lights have the color of the light as a whole.
 const COLOR_PRIOR: f64 = 20.0;
+/// Relative uncertainty of what a darker ball shows.
+const DARK_UNCERTAINTY: f64 = 0.05;
+/// It shows a lamp itself, and counts as so many points of the desk.
+const DARK_WEIGHT: f64 = 300.0;
+/// How much brighter a lamp is in the middle of what is clipped than near its edge: power of the distance to the edge. Lamps and
+/// windows have bright middles and dim rims, and where a soft box is brightest decides how flat its light falls.
+const PROFILE: f32 = 1.5;
 /// Rounds in which surfaces are told apart, outliers are weighted down and the light is solved.
 const ROUNDS: usize = 8;
+/// Change of gains, relative to the largest, below which there are no more rounds.
+const SETTLED: f64 = 1e-3;
 /// The camera or a thing may move this far before what points see is traced anew, metres.
 const TRACE_ANEW: f32 = 0.05;
 
@@ -117,41 +160,35 @@ const TRACE_ANEW: f32 = 0.05;
 /// `None` if the ball or every sheet of paper is out of view.
 pub fn solve_light(picture: &DeskPicture, cache: &mut SolverCache) -> Option<SolvedLight> {
     let view = BallView::new(picture.camera_from_world.transform_point3(picture.ball.center), picture.ball.radius)?;
-    let sky = ball_picture(picture, &view).sky(SKY_EDGE);
+    let sky = BallPicture::new(picture, &picture.ball, &view).sky(SKY_EDGE);
     let up_world = picture.papers.first()?.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
     let regions = clipped_regions(&sky, up_world);
     cache.prepare(picture, &sky);
     let problem = Problem::new(picture, &cache.meter, &sky, &regions);
-    problem.solve(picture, up_world)
+    problem.solve(picture, up_world, &mut cache.places)
 }
 
 /// The sky of a picture in which nothing tells how bright clipped light is: it counts as white, times a gain by the cosine to `up_world`.
 pub(super) fn unsolved_light(picture: &DeskPicture, gain: Vec3, up_world: Vec3) -> Option<SolvedLight> {
     let view = BallView::new(picture.camera_from_world.transform_point3(picture.ball.center), picture.ball.radius)?;
-    let sky = ball_picture(picture, &view).sky(SKY_EDGE);
+    let sky = BallPicture::new(picture, &picture.ball, &view).sky(SKY_EDGE);
     let gains = sky.iter().map(|cell| 1.0 + (gain - 1.0) * cell.dir_world.dot(up_world).max(0.0)).collect();
     Some(SolvedLight { gains, sky, ..default() })
 }
 
-fn ball_picture<'a>(picture: &'a DeskPicture, view: &'a BallView) -> BallPicture<'a> {
-    BallPicture {
-        frame: &picture.frame,
-        intrinsics: &picture.intrinsics,
-        ball: view,
-        reflectance: picture.ball.reflectance,
-        camera_from_world: &picture.camera_from_world,
-    }
-}
-
 impl SolverCache {
     fn prepare(&mut self, picture: &DeskPicture, sky: &[SkyCell]) {
+        let balls = picture.balls();
         let near = |a: &Affine3A, b: &Affine3A| {
             Vec3::from(a.translation - b.translation).length() < TRACE_ANEW
                 && Vec3::from(a.matrix3.y_axis - b.matrix3.y_axis).length() < TRACE_ANEW
         };
-        let is_current = self.made_for.as_ref().is_some_and(|(ball, papers, phantoms, camera)| {
-            ball.center.distance(picture.ball.center) < 2e-3
-                && ball.radius == picture.ball.radius
+        let is_current = self.made_for.as_ref().is_some_and(|(known, papers, phantoms, camera)| {
+            known.len() == balls.len()
+                && known
+                    .iter()
+                    .zip(&balls)
+                    .all(|(a, b)| a.center.distance(b.center) < 2e-3 && MirrorBall { center: b.center, ..*a } == *b)
                 && papers.len() == picture.papers.len()
                 && papers.iter().zip(&picture.papers).all(|(a, b)| {
                     a.size == b.size && a.world_from_marker.translation.distance(b.world_from_marker.translation) < 2e-3
@@ -162,42 +199,65 @@ impl SolverCache {
         if is_current {
             return;
         }
-        let desk = Desk { ball: picture.ball, papers: &picture.papers, phantoms: &picture.phantoms };
+        let desk = Desk { balls: &balls, papers: &picture.papers, phantoms: &picture.phantoms };
         // The table is megabytes: its memory serves again.
         let memory = std::mem::take(&mut self.meter.weights);
         self.meter = Meter::new(memory, desk, &picture.intrinsics, &picture.camera_from_world, sky);
-        self.made_for =
-            Some((picture.ball, picture.papers.clone(), picture.phantoms.clone(), picture.camera_from_world));
+        self.made_for = Some((balls, picture.papers.clone(), picture.phantoms.clone(), picture.camera_from_world));
     }
 }
 
 /// One point, as the picture shows it, and what reaches it per unknown. Index 3 of arrays is the mean of the channels.
-struct Equation {
-    point: MeterPoint,
+pub(super) struct Equation {
+    pub point: MeterPoint,
     /// π · radiance; NaN where clipped.
     exitance: [f64; 4],
     /// Irradiance with clipped light taken for white.
     seen: [f64; 4],
     /// What one unit of extra gain adds, per region.
-    per_gain: Vec<[f64; 4]>,
+    pub per_gain: Vec<[f64; 4]>,
     /// The same of light that may be brighter only up to its region's limit.
-    limited: Vec<[f64; 4]>,
+    pub limited: Vec<[f64; 4]>,
     /// Number of the unknown albedo.
     class: Option<usize>,
 }
 
-struct Problem<'a> {
-    sky: &'a [SkyCell],
-    regions: &'a [Region],
+/// The mean of the channels, solved.
+pub(super) struct GraySolution {
+    /// Extra gain per region.
+    pub x: Vec<f64>,
+    inverse_albedos: Vec<f64>,
+    weights: Vec<f64>,
+    equations: NormalEquations,
+    /// How badly the desk is explained: the mean of the points' robust costs.
+    pub cost: f64,
+}
+
+pub(super) struct Problem<'a> {
+    pub sky: &'a [SkyCell],
+    pub regions: &'a [Region],
     /// Per region, the extra gain from which on limited light grows no more.
     limits: Vec<[f64; 4]>,
     /// Regions that touch: parts of one window, mostly.
     neighbors: Vec<(usize, usize)>,
-    equations: Vec<Equation>,
+    pub equations: Vec<Equation>,
+    /// What darker balls say: extra gain per region and channel, or at least that.
+    readings: Vec<GainReading>,
+    /// Per region, how its extra light is shaped.
+    pub profiles: Vec<Vec<f32>>,
+    /// Where lights are that are not far away.
+    pub positions: Vec<Option<Vec3>>,
+}
+
+/// Extra gain of a region as a darker ball shows it, per channel.
+struct GainReading {
+    region: usize,
+    gain: [f64; 4],
+    is_bound: [bool; 4],
 }
 
 /// Gray: the mean of the channels.
-const GRAY: usize = 3;
+pub(super) const GRAY: usize = 3;
 
 fn neighbors(regions: &[Region]) -> Vec<(usize, usize)> {
     let is_near = |a: &Region, b: &Region| a.dir_world.distance(b.dir_world) < 2.0 * (a.spread + b.spread);
@@ -218,17 +278,38 @@ fn mean_limit(region: &Region, sky: &[SkyCell]) -> [f64; 4] {
     [r, g, b, mean(sum.element_sum(), total.element_sum())]
 }
 
-fn with_gray(v: Vec3) -> [f64; 4] {
+/// What the darker balls say in terms of the unknowns.
+fn gain_readings(readings: Vec<DarkReading>, sky: &[SkyCell], regions: &[Region]) -> Vec<GainReading> {
+    let in_gains = |reading: DarkReading| {
+        let cells = regions[reading.region].cells.iter().map(|&i| &sky[i]);
+        let clipped: Vec3 = cells.map(|cell| cell.solid_angle * (cell.clipped + cell.limited)).sum();
+        let (energy, clipped) = (with_gray(reading.energy.as_vec3()), with_gray(clipped));
+        let [r, g, b] = reading.is_bound;
+        GainReading {
+            region: reading.region,
+            gain: std::array::from_fn(|c| (energy[c] / clipped[c].max(1e-9) - 1.0).max(0.0)),
+            is_bound: [r, g, b, r || g || b],
+        }
+    };
+    readings.into_iter().map(in_gains).collect()
+}
+
+pub(super) fn with_gray(v: Vec3) -> [f64; 4] {
     let v = v.as_dvec3();
     [v.x, v.y, v.z, v.element_sum() / 3.0]
 }
 
 impl<'a> Problem<'a> {
     fn new(picture: &DeskPicture, meter: &Meter, sky: &'a [SkyCell], regions: &'a [Region]) -> Self {
-        let mut region_of = vec![usize::MAX; sky.len()];
-        for (r, region) in regions.iter().enumerate() {
-            for &i in &region.cells {
-                region_of[i] = r;
+        let mut region_of = vec![(usize::MAX, 0.0); sky.len()];
+        let readings = read_dark_balls(picture, sky, regions);
+        let mut profiles = profiles(sky, regions, PROFILE);
+        for (reading, shape) in readings.iter().filter_map(|reading| Some((reading, reading.shape.as_ref()?))) {
+            profiles[reading.region] = shaped(&regions[reading.region], sky, shape);
+        }
+        for (r, (region, profile)) in regions.iter().zip(&profiles).enumerate() {
+            for (&i, share) in region.cells.iter().zip(profile) {
+                region_of[i] = (r, *share);
             }
         }
         let colors = phantom_colors(picture, meter, sky);
@@ -242,14 +323,14 @@ impl<'a> Problem<'a> {
             };
             let mut seen = Vec3::ZERO;
             let mut per_gain = vec![(Vec3::ZERO, Vec3::ZERO); regions.len()];
-            for ((cell, weight), region) in
+            for ((cell, weight), (region, share)) in
                 sky.iter().zip(&meter.weights[i * sky.len()..(i + 1) * sky.len()]).zip(&region_of)
             {
                 if *weight > 0.0 {
                     seen += *weight * cell.seen;
                     if let Some(sum) = per_gain.get_mut(*region) {
-                        sum.0 += *weight * cell.clipped;
-                        sum.1 += *weight * cell.limited;
+                        sum.0 += *weight * share * cell.clipped;
+                        sum.1 += *weight * share * cell.limited;
                     }
                 }
             }
@@ -266,7 +347,17 @@ impl<'a> Problem<'a> {
             });
         }
         let limits = regions.iter().map(|region| mean_limit(region, sky)).collect();
-        Self { sky, regions, limits, neighbors: neighbors(regions), equations }
+        let readings = gain_readings(readings, sky, regions);
+        Self {
+            sky,
+            regions,
+            limits,
+            neighbors: neighbors(regions),
+            equations,
+            readings,
+            profiles,
+            positions: vec![None; regions.len()],
+        }
     }
 
     /// Irradiance with clipped light raised.
@@ -280,26 +371,14 @@ impl<'a> Problem<'a> {
         parts.map(|(((free, limited), limit), x)| free[channel] * x + limited[channel] * x.min(limit[channel])).sum()
     }
 
-    fn solve(mut self, picture: &DeskPicture, up_world: Vec3) -> Option<SolvedLight> {
+    fn solve(mut self, picture: &DeskPicture, up_world: Vec3, places: &mut KnownPlaces) -> Option<SolvedLight> {
         let regions = self.regions.len();
         let paper_points = self.equations.iter().filter(|e| e.point.surface == Surface::Paper).count();
         if paper_points == 0 {
             return None;
         }
-        // First the paper alone: the least extra light that explains it.
-        let mut x = vec![0.0; regions];
-        let mut inverse_albedos: Vec<f64> = Vec::new();
-        let mut weights = vec![1.0; self.equations.len()];
-        x = self.solve_channel(GRAY, &x, &inverse_albedos, &weights, None).0;
-        let mut equations = NormalEquations::new(0);
-        for _ in 0..ROUNDS {
-            inverse_albedos = self.classify(&x);
-            weights = self.robust_weights(GRAY, &x, &inverse_albedos);
-            let solved;
-            (solved, equations) = self.solve_channel(GRAY, &x, &inverse_albedos, &weights, None);
-            x = solved[..regions].to_vec();
-            inverse_albedos = solved[regions..].to_vec();
-        }
+        let gray = self.solve_gray(None);
+        let GraySolution { x, inverse_albedos, weights, equations, .. } = self.place_near_lights(picture, places, gray);
         let most = f64::from(picture.max_gain) - 1.0;
         let mut gains = vec![Vec3::ONE; regions];
         let mut paper_ratio = Vec3::ONE;
@@ -350,19 +429,53 @@ impl<'a> Problem<'a> {
                 direction: region.dir_world,
                 solid_angle: region.solid_angle,
                 gain: gains[r],
+                position: self.positions[r],
                 confidence: confidence(r),
             })
             .collect();
         Some(SolvedLight {
             regions: solved_regions,
-            gains: spread_gains(self.sky, self.regions, &gains, up_world),
+            gains: spread_gains(self.sky, self.regions, &self.profiles, &gains, up_world),
             points: self.equations.len(),
             paper_points,
+            dark_readings: self.readings.iter().filter(|reading| !reading.is_bound[GRAY]).count(),
             residual,
             paper_ratio,
             condition,
             sky: self.sky.to_vec(),
         })
+    }
+
+    /// Solves the mean of the channels.
+    pub(super) fn solve_gray(&mut self, start: Option<&[f64]>) -> GraySolution {
+        let regions = self.regions.len();
+        let mut inverse_albedos: Vec<f64> = Vec::new();
+        let mut weights = vec![1.0; self.equations.len()];
+        let mut x = match start {
+            Some(start) => start.to_vec(),
+            // First the paper alone: the least extra light that explains it.
+            None => self.solve_channel(GRAY, &vec![0.0; regions], &inverse_albedos, &weights, None).0,
+        };
+        let mut equations = NormalEquations::new(0);
+        for _ in 0..ROUNDS {
+            inverse_albedos = self.classify(&x);
+            weights = self.robust_weights(GRAY, &x, &inverse_albedos);
+            let solved;
+            (solved, equations) = self.solve_channel(GRAY, &x, &inverse_albedos, &weights, None);
+            let largest = x.iter().fold(1.0, |most, x| f64::max(most, *x));
+            let is_settled = x.iter().zip(&solved).all(|(before, now)| (before - now).abs() < SETTLED * largest);
+            x = solved[..regions].to_vec();
+            inverse_albedos = solved[regions..].to_vec();
+            if is_settled {
+                break;
+            }
+        }
+        let open = self.open_irradiance(GRAY, &x);
+        let errors = self.equations.iter().filter_map(|e| self.relative_error(e, GRAY, &x, &inverse_albedos, open));
+        let (sum, count) = errors.fold((0.0, 0.0), |(sum, count), error| {
+            (sum + (1.0 + (error / (2.0 * UNCERTAINTY)).powi(2)).ln(), count + 1.0)
+        });
+        GraySolution { x, inverse_albedos, weights, equations, cost: sum / f64::max(count, 1.0) }
     }
 
     /// Weight of the prior on each region's extra gain.
@@ -450,12 +563,21 @@ impl<'a> Problem<'a> {
         for k in 0..inverse_albedos.len() {
             system.add(&[(regions + k, 1.0)], 2.0, 1e-6);
         }
+        let mut floor = vec![0.0; n];
+        for GainReading { region, gain, is_bound } in &self.readings {
+            if is_bound[channel] {
+                floor[*region] = f64::max(floor[*region], gain[channel]);
+            } else {
+                let uncertainty = DARK_UNCERTAINTY * (gain[channel] + 1.0);
+                system.add(&[(*region, 1.0)], gain[channel], DARK_WEIGHT / uncertainty.powi(2));
+            }
+        }
         let start: Vec<f64> = x.iter().chain(inverse_albedos).copied().collect();
-        (system.solve(&start), system)
+        (system.solve(&start, &floor), system)
     }
 
     /// Mean irradiance of the paper.
-    fn open_irradiance(&self, channel: usize, x: &[f64]) -> f64 {
+    pub(super) fn open_irradiance(&self, channel: usize, x: &[f64]) -> f64 {
         let papers = self.equations.iter().filter(|e| e.point.surface == Surface::Paper);
         let (sum, count) = papers.fold((0.0, 0.0), |(s, n), e| (s + self.irradiance(e, channel, x), n + 1.0));
         f64::max(sum / f64::max(count, 1.0), 1e-6)
@@ -654,11 +776,17 @@ fn phantom_colors(picture: &DeskPicture, meter: &Meter, sky: &[SkyCell]) -> Vec<
 /// Cells beside a region take its gain, since its edge runs through them: twice around.
 const SPREADING: usize = 2;
 
-fn spread_gains(sky: &[SkyCell], regions: &[Region], gains: &[Vec3], up_world: Vec3) -> Vec<Vec3> {
+fn spread_gains(
+    sky: &[SkyCell],
+    regions: &[Region],
+    profiles: &[Vec<f32>],
+    gains: &[Vec3],
+    up_world: Vec3,
+) -> Vec<Vec3> {
     let mut all = vec![None; sky.len()];
-    for (region, gain) in regions.iter().zip(gains) {
-        for &i in &region.cells {
-            all[i] = Some(*gain);
+    for ((region, profile), gain) in regions.iter().zip(profiles).zip(gains) {
+        for (&i, share) in region.cells.iter().zip(profile) {
+            all[i] = Some(1.0 + *share * (*gain - 1.0));
         }
     }
     for _ in 0..SPREADING {

@@ -30,11 +30,16 @@ pub struct PhantomObject {
     pub casts: bool,
     /// Whether shadows of virtual objects appear on it. Turn off for mirrors such as the probe ball. Defaults to `true`.
     pub receives: bool,
+    /// Share of light its matte surface reflects, linear RGB, each above 0 and at most 1, where that is known: its brightness
+    /// then tells in absolute terms how much light falls on it, which the recovery of clipped lamps uses
+    /// ([`lighting`](crate::lighting)). A folded sheet of office paper (`Vec3::splat(0.8)`) with faces towards different
+    /// lamps tells them apart. Other values are ignored with a warning. Defaults to `None`, unknown.
+    pub reflectance: Option<Vec3>,
 }
 
 impl Default for PhantomObject {
     fn default() -> Self {
-        Self { casts: true, receives: true }
+        Self { casts: true, receives: true, reflectance: None }
     }
 }
 
@@ -103,7 +108,7 @@ mod tests {
         let beside = app.world_mut().spawn(Mesh3d::default()).id();
         app.update();
         let role = |app: &App, entity| app.world().get::<StageRole>(entity).copied();
-        assert_eq!(role(&app, below), Some(StageRole::Phantom(PhantomObject { casts: false, receives: true })));
+        assert_eq!(role(&app, below), Some(StageRole::Phantom(PhantomObject { casts: false, ..default() })));
         assert_eq!(role(&app, beside), Some(StageRole::Virtual));
         app.world_mut().entity_mut(root).remove::<PhantomObject>();
         app.update();

@@ -7,6 +7,7 @@ use bevy::{
 use bevy_mirrorball::{
     camera::{FramePixels, Intrinsics},
     lighting::{DeskPicture, MirrorBall, Paper, PhantomSolid},
+    probe::BallSurface,
 };
 use serde_json::Value;
 use std::{
@@ -41,12 +42,14 @@ pub(crate) fn desk_picture(folder: &Path, room: &str) -> DeskPicture {
         center: vector(&truth["ball"]["center_m"]),
         radius: number(&truth["ball"]["radius_m"]),
         reflectance: number(&truth["ball"]["reflectance"]),
+        surface: BallSurface::Mirror,
     };
     DeskPicture {
         frame: Arc::new(frame),
         intrinsics,
         camera_from_world: Affine3A::from_mat4(world_from_camera.to_matrix()).inverse(),
         ball,
+        other_balls: Vec::new(),
         papers: vec![Paper {
             world_from_marker: Affine3A::from_translation(Vec3::new(0.0, 0.0006, 0.0)),
             size: number(&truth["marker"]["size_m"]),

@@ -1,0 +1,139 @@
+//! Where a light is, from its mirror images in two balls.
+//!
+//! A light far away is mirrored from the same direction by both, a near one from directions that meet. What is compared is the
+//! picture itself: the middle of the pixels in each ball that are brighter than white paper could be.
+
+use super::{
+    MirrorBall,
+    find::FoundLight,
+    regions::{Region, connected},
+    sky::{BallPicture, SKY_EDGE},
+    solve::DeskPicture,
+};
+use crate::probe::{BallView, EDGE_MARGIN_PIXELS};
+use bevy::prelude::*;
+
+/// The sky about a light is looked at in steps of this angle, radians.
+const STEP: f32 = 0.006;
+/// How far about a light, radians beyond its radius.
+const MARGIN: f32 = 0.06;
+/// Lights as near as a third of a metre are mirrored by so different directions, radians.
+const LARGEST_PARALLAX: f32 = 0.5;
+/// The middle of an image is known to this share of a pixel.
+const PIXEL_SHARE: f32 = 0.3;
+/// Directions have to differ by this many times their uncertainty for a place to be told.
+const SIGNIFICANT: f32 = 3.0;
+/// Rays of one light pass each other at this many times their uncertainty at most.
+const MOST_MISS: f32 = 4.0;
+
+/// An image of a light in a ball.
+#[derive(Clone, Copy)]
+struct Image {
+    /// Point of the ball, world space.
+    origin: Vec3,
+    /// Towards the light, world space, unit.
+    dir: Vec3,
+    /// Uncertainty of the direction, radians.
+    sigma: f32,
+}
+
+/// Places lights that two balls show from different directions.
+pub(super) fn triangulate(picture: &DeskPicture, lights: &mut [FoundLight]) {
+    let mut placed = vec![None; lights.len()];
+    for other in &picture.other_balls {
+        let candidates = bright_directions(picture, other);
+        for (light, place) in lights.iter().zip(&mut placed) {
+            let Some(first) = image_near(picture, &picture.ball, light.direction, light.angular_radius + MARGIN) else {
+                continue;
+            };
+            // Of several lights the one that meets this ray at the least parallax.
+            let meetings = candidates.iter().filter(|dir| dir.angle_between(light.direction) < LARGEST_PARALLAX);
+            let meetings = meetings.filter_map(|dir| {
+                let second = image_near(picture, other, *dir, light.angular_radius + MARGIN)?;
+                meet(first, second)
+            });
+            let best = meetings.min_by(|a, b| a.miss.total_cmp(&b.miss)).filter(|meeting| meeting.miss < MOST_MISS);
+            if let Some(meeting) = best {
+                *place = meeting.position.or(*place);
+            }
+        }
+    }
+    for (light, place) in lights.iter_mut().zip(placed) {
+        if let Some(position) = place {
+            light.position = Some(position);
+            light.direction = (position - picture.ball.center).normalize_or(light.direction);
+        }
+    }
+}
+
+/// Towards the middles of what a ball shows brighter than white.
+fn bright_directions(picture: &DeskPicture, ball: &MirrorBall) -> Vec<Vec3> {
+    let Some(view) = BallView::new(picture.camera_from_world.transform_point3(ball.center), ball.radius) else {
+        return Vec::new();
+    };
+    let sky = BallPicture::new(picture, ball, &view).sky(SKY_EDGE);
+    let white = 0.95 / picture.ball.reflectance.max(ball.reflectance);
+    let bright: Vec<usize> = (0..sky.len()).filter(|&i| sky[i].seen.max_element() >= white).collect();
+    let weight = |i: usize| sky[i].solid_angle;
+    connected(&bright, &sky).into_iter().map(|cells| Region::new(cells, &sky, &weight).dir_world).collect()
+}
+
+/// Two rays at their closest.
+struct Meeting {
+    /// How far they pass each other, angle in units of its uncertainty.
+    miss: f32,
+    /// Where; `None` if they are parallel as far as one can tell.
+    position: Option<Vec3>,
+}
+
+fn meet(a: Image, b: Image) -> Option<Meeting> {
+    let between = b.origin - a.origin;
+    let cos = a.dir.dot(b.dir);
+    let sigma = (a.sigma * a.sigma + b.sigma * b.sigma).sqrt();
+    // The part of the baseline that a light at some distance turns into parallax lies in the plane of both.
+    let parallax = a.dir.angle_between(b.dir);
+    let normal = a.dir.cross(between).normalize_or_zero();
+    let miss = b.dir.dot(normal).abs() / sigma;
+    let sin_squared = 1.0 - cos * cos;
+    if parallax < SIGNIFICANT * sigma || sin_squared < 1e-9 {
+        return Some(Meeting { miss, position: None });
+    }
+    let along_a = (between.dot(a.dir) - between.dot(b.dir) * cos) / sin_squared;
+    let along_b = (between.dot(a.dir) * cos - between.dot(b.dir)) / sin_squared;
+    let middle = 0.5 * (a.origin + along_a * a.dir + b.origin + along_b * b.dir);
+    (along_a > 0.0 && along_b > 0.0).then_some(Meeting { miss, position: Some(middle) })
+}
+
+/// The middle of what is brighter than white about a direction.
+fn image_near(picture: &DeskPicture, ball: &MirrorBall, dir_world: Vec3, reach: f32) -> Option<Image> {
+    let view = BallView::new(picture.camera_from_world.transform_point3(ball.center), ball.radius)?;
+    let ball_picture = BallPicture::new(picture, ball, &view);
+    let edge_angle = view.edge_angle(&picture.intrinsics, EDGE_MARGIN_PIXELS);
+    let white = 0.98 / picture.ball.reflectance;
+    let steps = (reach / STEP).ceil() as i32;
+    let mut dir = dir_world;
+    // The window follows what it finds.
+    for _ in 0..3 {
+        let (right, up) = dir.any_orthonormal_pair();
+        let mut sum = Vec3::ZERO;
+        for y in -steps..=steps {
+            for x in -steps..=steps {
+                let across = Vec2::new(x as f32, y as f32) * STEP;
+                if across.length() > reach {
+                    continue;
+                }
+                let at = (dir + across.x * right + across.y * up).normalize();
+                let brightness = ball_picture.radiance(at, edge_angle)?.max_element();
+                // As the bright ball clips, so that both see the same shape.
+                sum += at * (brightness / white - 0.5).clamp(0.0, 0.5);
+            }
+        }
+        dir = sum.try_normalize()?;
+    }
+    let world_from_camera = picture.camera_from_world.inverse();
+    let dir_camera = picture.camera_from_world.transform_vector3(dir);
+    let point_camera = view.surface_point(dir_camera, edge_angle);
+    let angle = (-view.center_camera).angle_between(dir_camera);
+    let per_pixel = 2.0 / (view.radius_pixels(&picture.intrinsics) * (0.5 * angle).cos().max(0.05));
+    Some(Image { origin: world_from_camera.transform_point3(point_camera), dir, sigma: PIXEL_SHARE * per_pixel })
+}
