@@ -22,8 +22,9 @@ use std::{f32::consts::TAU, path::PathBuf};
 
 /// Width of the sky's picture, and edge of the cube made of it.
 const SKY_WIDTH: u32 = 256;
-/// Seconds between two headless pictures.
-const HEADLESS_STEP: f32 = 0.25;
+/// Seconds from frame to frame without a window, and frames from picture to picture: shadow maps need some to follow.
+const HEADLESS_STEP: f32 = 1.0 / 30.0;
+const FRAMES_A_PICTURE: u32 = 6;
 /// In so many frames roles, materials, light and first shadow maps are there.
 const WARM_UP_FRAMES: u32 = 6;
 /// What the command line calls filters.
@@ -112,7 +113,7 @@ struct Lab {
 
 impl Default for Lab {
     fn default() -> Self {
-        Self { azimuth: 0.9, elevation: 0.85, radius: 0.1, strength: 2.0, time: 0.0, speed: 1.0 }
+        Self { azimuth: 5.9, elevation: 0.8, radius: 0.1, strength: 3.0, time: 0.0, speed: 1.0 }
     }
 }
 
@@ -153,7 +154,11 @@ fn draw_to_files(options: &Options) -> Outcome<()> {
         app.update();
     }
     for frame in 0..options.frames {
-        app.world_mut().resource_mut::<Lab>().time = frame as f32 * HEADLESS_STEP;
+        for _ in 1..FRAMES_A_PICTURE {
+            app.world_mut().resource_mut::<Lab>().time += HEADLESS_STEP;
+            app.update();
+        }
+        app.world_mut().resource_mut::<Lab>().time += HEADLESS_STEP;
         let bytes = offscreen::read_texture(&mut app, &picture)?;
         let file = options.out.join(format!("frame_{frame:04}.png"));
         image::save_buffer(&file, &bytes, options.size.x, options.size.y, image::ExtendedColorType::Rgba8)?;
@@ -183,7 +188,7 @@ fn add_scene(app: &mut App, dome: &ShadowDomeLight) {
     let ground = add.part(Plane3d::default().mesh().size(3.4, 3.4), Vec3::ZERO, floor);
     // It is below everything that receives.
     add.0.entity_mut(ground).insert(NotShadowCaster);
-    add.part(Cuboid::new(3.0, 1.0, 0.08), Vec3::new(-0.0, 0.5, -1.44), wall);
+    add.part(Cuboid::new(3.0, 1.0, 0.08), Vec3::new(0.0, 0.5, -1.44), wall);
     add.part(Cuboid::new(0.08, 1.0, 2.8), Vec3::new(-1.46, 0.5, 0.0), wall);
     let pole = add.part(Cylinder::new(0.02, 0.9), Vec3::new(0.05, 0.45, -0.05), Color::srgb(0.45, 0.46, 0.48));
     let sign = add.part(Cylinder::new(0.2, 0.02), Vec3::new(0.0, 0.42, 0.03), Color::srgb(0.8, 0.1, 0.08));
