@@ -80,7 +80,8 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let receiving: &[&str] = &["RECEIVES_SHADOWS"];
             let with_shadows = forward.iter().map(|set| [set.as_slice(), &[receiving]].concat());
             let prepassed = vec![FORWARD, PREPASSED, receiving];
-            forward.iter().cloned().chain(with_shadows).chain([prepassed]).collect()
+            let lit = vec![FORWARD, PREPASSED, receiving, &["HAS_LAMPS"] as &[&str]];
+            forward.iter().cloned().chain(with_shadows).chain([prepassed, lit]).collect()
         }
         Some("outline.wgsl") => {
             let without_normals = vec!["MESH_PIPELINE", "VERTEX_POSITIONS", "MORPH_TARGETS"];

@@ -8,6 +8,17 @@
 //! changes of the original asset are followed. [`SurfaceStyle::Engine`] keeps or brings back the original. Styles may
 //! change at any time.
 //!
+//! # Virtual lamps on real things
+//! Bevy's point, spot and directional lights fall on phantoms that receive: camera picture × (visibility ratio + `E_lamp` ÷
+//! `E_real`). Whatever the surface's color is, it is in the picture already. `E_lamp` is the irradiance from the lamps past
+//! what is in their shadow maps, virtual things and phantoms; `E_real` what the environment map gives there, past phantoms in
+//! the dome. Both have Bevy's units: a lamp of π lux doubles the picture where the map, at an intensity of 1, is 1.0. Without
+//! an environment map on the camera there is nothing to compare lamps with, and they light virtual things only.
+//!
+//! Scenes without lamps have pipelines without them. With lamps, a lit pixel takes one lookup per direction of the dome.
+//! Lamps count as points, textures of lights and rectangle lights do nothing here, and light that lamps throw from thing to
+//! thing is left out, as it is on virtual surfaces.
+//!
 //! # Toon
 //! A cartoon has its bands from the room: with E(n) = light that a white matte surface facing n gets at this place
 //! (environment, lamps and ambient light together), the direction l from which light prevails, and the surface's
@@ -63,7 +74,7 @@ use crate::{
     MirrorballSystems,
     shadows::{DomeTextures, ShadowsPlugin},
 };
-use bevy::{asset::embedded_asset, prelude::*};
+use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
 
 /// Puts the crate's materials on meshes.
 pub struct MaterialsPlugin;
@@ -74,6 +85,7 @@ impl Plugin for MaterialsPlugin {
         if !app.is_plugin_added::<ShadowsPlugin>() {
             app.add_plugins(ShadowsPlugin);
         }
+        load_shader_library!(app, "lamps.wgsl");
         embedded_asset!(app, "phantom.wgsl");
         embedded_asset!(app, "phantom_prepass.wgsl");
         embedded_asset!(app, "image_based.wgsl");

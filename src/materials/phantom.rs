@@ -1,4 +1,4 @@
-//! The material of phantoms: the camera picture under the shadows of virtual things.
+//! The material of phantoms: the camera picture under the shadows of virtual things and the light of virtual lamps.
 
 use super::{ImageBasedMaterial, ToonMaterial, outline::Outline};
 use crate::{
@@ -17,8 +17,8 @@ use bevy::{
     shader::ShaderRef,
 };
 
-/// Shows the camera picture times the share of light that virtual things let through. Managed by the crate: put a
-/// [`PhantomObject`] on an entity instead.
+/// Shows the camera picture times the share of light that virtual things let through, and what virtual lamps add. Managed by
+/// the crate: put a [`PhantomObject`] on an entity instead.
 ///
 /// The picture is that of the first [`ArCamera`]; before it has one, phantoms are not drawn.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
@@ -40,6 +40,7 @@ pub struct PhantomMaterial {
     visibility: Handle<Image>,
     filter: FilterKind,
     receives: bool,
+    has_lamps: bool,
 }
 
 /// Mirror of `Phantom` in phantom.wgsl.
@@ -54,11 +55,12 @@ struct PhantomUniform {
 pub struct PhantomKey {
     receives: bool,
     filter: FilterKind,
+    has_lamps: bool,
 }
 
 impl From<&PhantomMaterial> for PhantomKey {
     fn from(material: &PhantomMaterial) -> Self {
-        Self { receives: material.receives, filter: material.filter }
+        Self { receives: material.receives, filter: material.filter, has_lamps: material.has_lamps }
     }
 }
 
@@ -83,6 +85,7 @@ impl Material for PhantomMaterial {
         if let Some(fragment) = &mut descriptor.fragment {
             fragment.shader_defs.extend(key.bind_group_data.receives.then(|| "RECEIVES_SHADOWS".into()));
             fragment.shader_defs.extend(key.bind_group_data.filter.shader_def());
+            fragment.shader_defs.extend(key.bind_group_data.has_lamps.then(|| "HAS_LAMPS".into()));
         }
         Ok(())
     }
@@ -101,7 +104,11 @@ struct PhantomSources {
     frame: Option<AssetId<Image>>,
     frame_uv_from_view_uv: Vec4,
     textures: (AssetId<Image>, AssetId<Image>, FilterKind),
+    has_lamps: bool,
 }
+
+/// Bevy's lamps, whose light falls on real things too.
+type Lamp = Or<(With<PointLight>, With<SpotLight>, With<DirectionalLight>)>;
 
 type FrameSource = (&'static ArCamera, &'static Camera, &'static CameraFrame, &'static FrameTexture);
 
@@ -110,6 +117,7 @@ pub(super) fn follow_camera(
     mut materials: ResMut<Assets<PhantomMaterial>>,
     textures: Res<DomeTextures>,
     cameras: Query<FrameSource>,
+    lamps: Query<(), Lamp>,
 ) {
     let source = cameras.iter().next().and_then(|(ar_camera, camera, frame, texture)| {
         let view_size = camera.physical_viewport_size().filter(|size| size.min_element() > 0)?;
@@ -118,8 +126,12 @@ pub(super) fn follow_camera(
     });
     let (frame, frame_uv_from_view_uv) = source.unzip();
     let frame_uv_from_view_uv = frame_uv_from_view_uv.unwrap_or(NO_FRAME);
-    let sources =
-        PhantomSources { frame: frame.as_ref().map(Handle::id), frame_uv_from_view_uv, textures: textures.identity() };
+    let sources = PhantomSources {
+        frame: frame.as_ref().map(Handle::id),
+        frame_uv_from_view_uv,
+        textures: textures.identity(),
+        has_lamps: !lamps.is_empty(),
+    };
     if shared.made_from.as_ref() == Some(&sources) {
         return;
     }
@@ -132,6 +144,7 @@ pub(super) fn follow_camera(
         visibility: textures.visibility.clone(),
         filter: textures.filter,
         receives,
+        has_lamps: sources.has_lamps,
     };
     if shared.made_from.is_none() {
         shared.receiving = materials.add(material(true));

@@ -1,8 +1,12 @@
-// A real thing in the picture: its depth hides virtual things, its color is the camera's under virtual shadows.
+// A real thing in the picture: its depth hides virtual things, its color is the camera's under virtual shadows and lamps.
 
 #import bevy_pbr::forward_io::{VertexOutput, FragmentOutput}
 #import bevy_pbr::mesh_view_bindings::view
 #import bevy_mirrorball::shadows::receive::phantom_ratio
+#ifdef HAS_LAMPS
+#import bevy_pbr::mesh_bindings::mesh
+#import bevy_mirrorball::materials::lamps::{RealSurface, lamp_gain}
+#endif
 
 /// Mirror of `PhantomUniform` in phantom.rs.
 struct Phantom {
@@ -23,7 +27,12 @@ fn fragment(in: VertexOutput) -> FragmentOutput {
     }
     var color = textureSampleLevel(frame, frame_sampler, uv_frame, 0.0).rgb;
 #ifdef RECEIVES_SHADOWS
-    color *= phantom_ratio(in.position, in.world_position.xyz, normalize(in.world_normal));
+    let normal = normalize(in.world_normal);
+    var light = phantom_ratio(in.position, in.world_position.xyz, normal);
+#ifdef HAS_LAMPS
+    light += lamp_gain(RealSurface(in.position, in.world_position, normal, mesh[in.instance_index].flags));
+#endif
+    color *= light;
 #endif
     return FragmentOutput(vec4f(color, 1.0));
 }

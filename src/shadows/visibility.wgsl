@@ -230,3 +230,31 @@ fn virtual_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     }
     return select(vec3f(1.0), arriving / max(open_sky, vec3f(1e-20)), open_sky > vec3f(1e-6));
 }
+
+/// Share of the environment's light that real things leave to a real surface; they send their own instead.
+fn real_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
+    if !has_casters(PHANTOM_CASTERS) {
+        return vec3f(1.0);
+    }
+    let phantom_light = unpack_light(weights[dome.counts.y]) * dome.params.w;
+    let bright = bright_directions();
+    var open_sky = vec3f(0.0);
+    var arriving = vec3f(0.0);
+    for (var rank = 0u; rank < dome.counts.y; rank++) {
+        let index = direction_at(rank);
+        let axes = axes_of(index);
+        let cos_angle = dot(normal, axes.direction);
+        if cos_angle <= 0.0 {
+            continue;
+        }
+        let light = unpack_light(weights[index]);
+        open_sky += light * cos_angle;
+        var past_phantoms = 1.0;
+        if rank < bright {
+            let seen = aim(index, axes, cos_angle, pos_world);
+            past_phantoms = visibility(PHANTOM_CASTERS, index, above_surface(seen, normal));
+        }
+        arriving += mix(phantom_light, light, past_phantoms) * cos_angle;
+    }
+    return select(vec3f(1.0), arriving / max(open_sky, vec3f(1e-20)), open_sky > vec3f(1e-6));
+}

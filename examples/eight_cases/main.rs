@@ -1,0 +1,186 @@
+//! Light, what is in its way, and what the shadow falls on, each real or virtual: all eight cases side by side.
+//!
+//! `cargo run --example eight_cases -- --out eight_cases.png`
+//!
+//! Starts from a photograph of a desk with a can on it. Real light is the room's, measured in the mirrored ball; the virtual
+//! light is a spot lamp of Bevy. The virtual can is yellow, the virtual plate white. Where all three are real the picture is
+//! the photograph, untouched. Needs no window; renders on software Vulkan too.
+
+mod captions;
+
+use bevy::{asset::RecursiveDependencyLoadState, log::LogPlugin, prelude::*};
+use bevy_mirrorball::{camera::FramePixels, offscreen, prelude::*, probe::EnvironmentCube, shadows::DomeState};
+use image::{Rgb, RgbImage, imageops};
+use std::{path::PathBuf, process::ExitCode};
+
+const PHOTO: &str = "assets/desk/photo.jpg";
+const SCENE: &str = "desk/set.glb";
+const FOCAL: f32 = 601.83;
+/// The part of the picture that is shown, in pixels.
+const CORNER: UVec2 = UVec2::new(200, 190);
+const PART: UVec2 = UVec2::new(430, 290);
+/// Between and around the pictures, and for a caption, in pixels.
+const MARGIN: u32 = 8;
+const CAPTION: u32 = 44;
+const PAPER: Rgb<u8> = Rgb([24, 24, 26]);
+const REAL: Rgb<u8> = Rgb([235, 235, 235]);
+const VIRTUAL: Rgb<u8> = Rgb([255, 176, 64]);
+/// Frames to wait for what loads in the background, and for shadow maps to be drawn.
+const MAX_LOADING_FRAMES: u32 = 2000;
+const MAX_SETTLING_FRAMES: u32 = 40;
+/// In these roles, materials and lamps reach the renderer.
+const LEAST_SETTLING_FRAMES: u32 = 4;
+
+/// Size of both cans, and where they stand: the real one's place is in the scene too.
+const CAN: Cylinder = Cylinder { radius: 0.03, half_height: 0.045 };
+const REAL_CAN: Vec3 = Vec3::new(-0.285, 0.045, -0.1);
+const VIRTUAL_CAN: Vec3 = Vec3::new(-0.13, 0.045, -0.08);
+/// From a can to the plate beside it and to the lamp that shines on it.
+const TO_PLATE: Vec3 = Vec3::new(0.115, -0.04, -0.02);
+const TO_LAMP: Vec3 = Vec3::new(-0.36, 0.4, 0.12);
+
+type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+
+/// Which of the three are virtual.
+#[derive(Clone, Copy)]
+struct Case {
+    light: bool,
+    blocker: bool,
+    receiver: bool,
+}
+
+fn main() -> ExitCode {
+    match draw() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("eight_cases: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn draw() -> Outcome<()> {
+    use lexopt::prelude::*;
+    let mut out = PathBuf::from("eight_cases.png");
+    let mut parser = lexopt::Parser::from_env();
+    while let Some(argument) = parser.next()? {
+        match argument {
+            Long("out") => out = parser.value()?.into(),
+            // There is nothing else.
+            Long("headless") => (),
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let frame = FramePixels::open(PHOTO).map_err(|error| format!("run it in the crate's folder: {error}"))?;
+    let size = frame.size;
+    let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
+    let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
+        app.add_plugins((log, MirrorballPlugins));
+    })?;
+    let (picture, target) = offscreen::add_target(&mut app, size);
+    let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
+    let intrinsics = Intrinsics { focal: Vec2::splat(FOCAL), center: size.as_vec2() / 2.0, size };
+    app.world_mut().spawn((ArCamera::new(intrinsics), feed, target));
+    load(&mut app)?;
+
+    let cell = PART + UVec2::new(MARGIN, MARGIN + CAPTION);
+    let mut sheet = RgbImage::from_pixel(4 * cell.x + MARGIN, 2 * cell.y + MARGIN, PAPER);
+    for i in 0..8 {
+        let case = Case { light: i & 4 != 0, blocker: i & 2 != 0, receiver: i & 1 != 0 };
+        let things = spawn(&mut app, case);
+        settle(&mut app);
+        let bytes = offscreen::read_texture(&mut app, &picture)?;
+        for thing in things {
+            app.world_mut().despawn(thing);
+        }
+        let rgb = bytes.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
+        let whole = RgbImage::from_raw(size.x, size.y, rgb).ok_or("the picture came back in the wrong size")?;
+        let part = imageops::crop_imm(&whole, CORNER.x, CORNER.y, PART.x, PART.y).to_image();
+        let at = UVec2::splat(MARGIN) + UVec2::new(i % 4, i / 4) * cell;
+        imageops::replace(&mut sheet, &part, at.x.into(), (at.y + CAPTION).into());
+        write_caption(&mut sheet, at + UVec2::new(2, 6), case);
+    }
+    sheet.save(&out).map_err(|error| format!("cannot write {}: {error}", out.display()))?;
+    println!("eight_cases: see {}", out.display());
+    Ok(())
+}
+
+/// Light in the first line, what is in its way and what the shadow falls on in the second.
+fn write_caption(sheet: &mut RgbImage, corner: UVec2, case: Case) {
+    let mut write = |at, is_virtual, [real_name, virtual_name]: [&str; 2]| {
+        let (name, color) = if is_virtual { (virtual_name, VIRTUAL) } else { (real_name, REAL) };
+        captions::write(sheet, at, 2, color, name)
+    };
+    write(corner, case.light, ["REAL LIGHT", "VIRTUAL LAMP"]);
+    let end = write(corner + UVec2::new(0, 18), case.blocker, ["REAL CAN", "VIRTUAL CAN"]);
+    write(end + UVec2::new(18, 0), case.receiver, ["REAL DESK", "VIRTUAL PLATE"]);
+}
+
+/// Waits for the scene's phantoms and for the light in the ball.
+fn load(app: &mut App) -> Outcome<()> {
+    let assets = app.world().resource::<AssetServer>().clone();
+    let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(SCENE));
+    app.world_mut().spawn(WorldAssetRoot(scene.clone()));
+    for _ in 0..MAX_LOADING_FRAMES {
+        app.update();
+        if let Some(RecursiveDependencyLoadState::Failed(error)) = assets.get_recursive_dependency_load_state(&scene) {
+            return Err(format!("cannot load assets/{SCENE}: {error}").into());
+        }
+        let world = app.world_mut();
+        let cube = world.query::<&EnvironmentCube>().iter(world).next().map(|cube| cube.0.clone());
+        if let Some(cube) = cube
+            && offscreen::read_texture(app, &cube)?.iter().any(|byte| *byte != 0)
+        {
+            return Ok(());
+        }
+    }
+    Err(format!("assets/{SCENE} has not loaded, or the ball gives no light").into())
+}
+
+/// Draws frames until all shadow maps are true.
+fn settle(app: &mut App) {
+    for frame in 0..MAX_SETTLING_FRAMES {
+        app.update();
+        let world = app.world_mut();
+        let is_outdated = world.query::<&DomeState>().iter(world).any(|dome| dome.outdated > 0);
+        if frame >= LEAST_SETTLING_FRAMES && !is_outdated {
+            return;
+        }
+    }
+}
+
+/// What is virtual in a case.
+fn spawn(app: &mut App, case: Case) -> Vec<Entity> {
+    let mut spawned = Vec::new();
+    let can = if case.blocker { VIRTUAL_CAN } else { REAL_CAN };
+    if case.blocker {
+        spawned.push(add(app, CAN.into(), can, Color::srgb(0.85, 0.62, 0.1)));
+    }
+    if case.receiver {
+        let plate = Cuboid::new(0.15, 0.01, 0.13).into();
+        spawned.push(add(app, plate, can + TO_PLATE, Color::srgb(0.85, 0.85, 0.85)));
+    }
+    if case.light {
+        let lamp = SpotLight {
+            color: Color::srgb(1.0, 0.8, 0.5),
+            intensity: 9_000.0,
+            inner_angle: 0.2,
+            outer_angle: 0.36,
+            shadow_maps_enabled: true,
+            // Of things a few centimetres high.
+            shadow_depth_bias: 0.002,
+            ..default()
+        };
+        let aim = can + 0.5 * TO_PLATE;
+        let transform = Transform::from_translation(aim + TO_LAMP).looking_at(aim, Vec3::Y);
+        spawned.push(app.world_mut().spawn((lamp, transform)).id());
+    }
+    spawned
+}
+
+fn add(app: &mut App, mesh: Mesh, place: Vec3, base_color: Color) -> Entity {
+    let material = StandardMaterial { base_color, perceptual_roughness: 0.8, ..default() };
+    let material = app.world_mut().resource_mut::<Assets<StandardMaterial>>().add(material);
+    let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
+    app.world_mut().spawn((Mesh3d(mesh), MeshMaterial3d(material), Transform::from_translation(place))).id()
+}
