@@ -193,7 +193,7 @@ mod tests {
         );
         assert_eq!(
             complaint(r#"{"ShadowDomeLight": {"directions": 0}}"#),
-            "ShadowDomeLight.directions is 0, which is not accepted; write a whole number from 1 to 256, or leave it out for \
+            "ShadowDomeLight.directions is 0, which is not accepted; write a whole number from 1 to 1024, or leave it out for \
              the default"
         );
         assert_eq!(

@@ -154,7 +154,6 @@ impl SpecializedMeshPipeline for DepthPipeline {
                 shader_defs: shader_defs.clone(),
                 entry_point: Some("vertex".into()),
                 buffers,
-                ..default()
             },
             // Both sides cast: sheets of one layer are common among stand-ins.
             primitive: PrimitiveState { cull_mode: None, ..default() },

@@ -8,12 +8,18 @@ const MAIN_ENERGY: f32 = 0.9;
 const LONGEST_WAIT: u32 = 8;
 
 /// How casters have moved from one frame to the next.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Movement {
     /// Sum of Δ Δᵀ over the movements of centers, in m².
     moment: Mat3,
     /// Sum of the squared radii of what has turned, bent, come or gone, in m².
     reshaped: f32,
+}
+
+impl Default for Movement {
+    fn default() -> Self {
+        Self { moment: Mat3::ZERO, reshaped: 0.0 }
+    }
 }
 
 impl Movement {

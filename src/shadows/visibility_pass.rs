@@ -143,7 +143,7 @@ impl VisibilityPipelines {
             return *id;
         }
         let mut shader_defs = vec![ShaderDefVal::UInt("MATERIAL_BIND_GROUP".into(), DOME_GROUP)];
-        shader_defs.extend(filter.shader_def().map(Into::into));
+        shader_defs.extend(filter.shader_def());
         shader_defs.extend(is_multisampled.then(|| "MULTISAMPLED".into()));
         let id = cache.queue_compute_pipeline(ComputePipelineDescriptor {
             label: Some("mirrorball_shadows_visibility".into()),
