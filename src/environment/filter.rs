@@ -15,8 +15,8 @@ use bevy::{
         render_asset::RenderAssets,
         render_resource::{
             BindGroup, BindGroupEntry, BindingResource, Buffer, BufferDescriptor, BufferUsages,
-            CachedComputePipelineId, PipelineCache, ShaderType, Texture, TextureView, TextureViewDescriptor,
-            TextureViewDimension, TextureViewId, UniformBuffer,
+            CachedComputePipelineId, PipelineCache, ShaderType, StorageBuffer, Texture, TextureView,
+            TextureViewDescriptor, TextureViewDimension, TextureViewId, UniformBuffer,
         },
         renderer::{RenderDevice, RenderQueue},
         texture::GpuImage,
@@ -39,7 +39,7 @@ const MIN_SUM_ALPHA: f64 = 0.2;
 
 /// Mirror of `Taps` in `filter_pass.wgsl`.
 #[derive(ShaderType, Clone)]
-pub(super) struct TapsUniform {
+pub(super) struct TapsBuffer {
     count: u32,
     coarsest_level: f32,
     tail: f32,
@@ -285,7 +285,7 @@ impl FilterMaker<'_> {
             return Some(self.dispatch(&self.pipelines.glossy_sum, &bindings, quad_groups(edge, 6)));
         }
         let lobe = lobe::fit(alpha(level), alpha(level + 1), lobe::rings(edge), cube.texture.width(), edge);
-        let mut taps = TapsUniform {
+        let mut taps = TapsBuffer {
             count: lobe.taps.len() as u32,
             coarsest_level: (pyramid.texture.mip_level_count() - 1) as f32,
             tail: lobe.tail,
@@ -296,7 +296,7 @@ impl FilterMaker<'_> {
             taps.places[i] = place;
             taps.shares[i / 4][i % 4] = share;
         }
-        let mut taps = UniformBuffer::from(taps);
+        let mut taps = StorageBuffer::from(taps);
         taps.set_label(Some("mirrorball_environment_taps"));
         taps.write_buffer(self.device, self.queue);
         let whole = pyramid.texture.create_view(&TextureViewDescriptor {

@@ -76,7 +76,7 @@ fn smooth_halve(@builtin(global_invocation_id) id: vec3u) {
 
 // --- convolve --------------------------------------------------------------------------------------------------------
 
-/// Mirror of `TapsUniform` in filter.rs.
+/// Mirror of `TapsBuffer` in filter.rs.
 struct Taps {
     /// Taps in use.
     count: u32,
@@ -100,7 +100,8 @@ struct Block {
 
 @group(0) @binding(4) var pyramid: texture_cube<f32>;
 @group(0) @binding(5) var output: texture_storage_2d_array<rgba16float, write>;
-@group(0) @binding(6) var<uniform> taps: Taps;
+// No uniform: software Vulkan compiles a loop anew whenever a uniform that bounds it changes, here from level to level.
+@group(0) @binding(6) var<storage, read> taps: Taps;
 @group(0) @binding(7) var rougher: texture_cube<f32>;
 @group(0) @binding(8) var<storage, read_write> blocks: array<Block>;
 /// GGX's alpha, the square of the perceptual roughness.

@@ -1,6 +1,6 @@
 //! Layouts and pipelines of the environment filter.
 
-use super::filter::TapsUniform;
+use super::filter::TapsBuffer;
 use bevy::{
     asset::load_embedded_asset,
     prelude::*,
@@ -8,8 +8,8 @@ use bevy::{
         BindGroupLayoutDescriptor, BindGroupLayoutEntryBuilder, CachedComputePipelineId, ComputePipelineDescriptor,
         PipelineCache, SamplerBindingType, ShaderStages, StorageTextureAccess, TextureFormat, TextureSampleType,
         binding_types::{
-            sampler, storage_buffer_sized, texture_2d, texture_2d_array, texture_cube, texture_storage_2d_array,
-            uniform_buffer,
+            sampler, storage_buffer_read_only, storage_buffer_sized, texture_2d, texture_2d_array, texture_cube,
+            texture_storage_2d_array, uniform_buffer,
         },
     },
 };
@@ -58,7 +58,7 @@ pub(super) fn init_filter_pipelines(
         });
         Step { id, layout }
     };
-    let taps = uniform_buffer::<TapsUniform>(false);
+    let taps = storage_buffer_read_only::<TapsBuffer>(false);
     let viewpoint = uniform_buffer::<Vec4>(false);
     let equirect = texture_2d(TextureSampleType::Float { filterable: false });
     commands.insert_resource(FilterPipelines {
