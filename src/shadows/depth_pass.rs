@@ -226,7 +226,7 @@ impl CasterBuffers {
     }
 }
 
-fn filled_buffer<T: ShaderSize + WriteInto>(
+pub(super) fn filled_buffer<T: ShaderSize + WriteInto>(
     label: &'static str,
     mut values: Vec<T>,
     filler: T,
@@ -262,7 +262,7 @@ pub(super) fn prepare_depth(
     let Some(textures) = textures else {
         return;
     };
-    if dome.pending.is_empty() || textures.layout.directions != dome.fitted.directions {
+    if dome.pending.is_empty() || !dome.fitted.fits(&textures.layout) {
         return;
     }
     let (Some(view_buffer), Some(_)) = (buffers.get(&textures.views), images.get(&textures.atlas)) else {
@@ -370,7 +370,7 @@ pub(super) fn prepare_depth(
     let pending = std::mem::take(&mut dome.pending);
     views.refit(&dome.fitted, &textures.layout, &pending);
     prepared.directions = pending.len() as u32;
-    prepared.is_whole = prepared.directions == dome.fitted.directions;
+    prepared.is_whole = prepared.directions == textures.layout.shadow_maps();
 }
 
 fn depth_pass(

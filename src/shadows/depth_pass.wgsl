@@ -1,6 +1,6 @@
 // Draws casters into the tiles of several directions at once: an instance is a caster seen from one direction.
 
-#import bevy_mirrorball::shadows::dome::{Dome, atlas_uv, tile_position, unpack_axes}
+#import bevy_mirrorball::shadows::dome::{Dome, atlas_uv, project, tile_corner, tile_span}
 
 /// Mirror of `CasterUniform` in depth_pass.rs.
 struct Caster {
@@ -57,16 +57,22 @@ struct Vertex {
 
 struct Varyings {
     @builtin(position) position: vec4f,
-    @location(0) pos_tile: vec2f,
+    @location(0) pos_tile: vec3f,
 #ifdef CUT_OUT
     @location(1) uv: vec2f,
     @location(2) @interpolate(flat) cutoff: f32,
 #endif
 }
 
-fn clip_position(tile: u32, pos: vec3f) -> vec4f {
-    let uv = atlas_uv(dome.counts, tile, pos.xy);
-    return vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, pos.z, 1.0);
+/// Where in the atlas a homogeneous position of a tile is.
+fn clip_position(kind: u32, index: u32, pos: vec4f) -> vec4f {
+    let corner = tile_corner(dome.views[index].corners, kind);
+    let span = tile_span(dome.params.w, index, dome.served.w);
+    // Of the tile's center and half its size, because divisions by w come later.
+    let center = atlas_uv(dome.counts, corner, span, vec2f(0.0));
+    let half_size = atlas_uv(dome.counts, corner, span, vec2f(1.0)) - center;
+    let uv = center * pos.w + half_size * pos.xy;
+    return vec4f(uv.x * 2.0 - pos.w, pos.w - uv.y * 2.0, pos.z, pos.w);
 }
 
 @vertex
@@ -89,12 +95,10 @@ fn vertex(in: Vertex) -> Varyings {
     let world_from_local = caster.world_from_local;
 #endif
     let pos_world = world_from_local * vec4f(position, 1.0);
-    let view = dome.views[direction];
-    let axes = unpack_axes(view.axes_low, view.axes_mid, view.axes_high);
-    let pos = tile_position(axes, view.scale, pos_world.xyz - view.center);
+    let pos = project(dome.views[direction], pos_world.xyz);
     var out: Varyings;
-    out.position = clip_position(caster.kind * dome.counts.x + direction, pos);
-    out.pos_tile = pos.xy;
+    out.position = clip_position(caster.kind, direction, pos);
+    out.pos_tile = vec3f(pos.xy, pos.w);
 #ifdef CUT_OUT
     let uv = vec3f(in.uv, 1.0);
     out.uv = vec2f(dot(caster.uv_x.xyz, uv), dot(caster.uv_y.xyz, uv));
@@ -111,7 +115,7 @@ fn fragment(in: Varyings) {
         discard;
     }
 #endif
-    if any(abs(in.pos_tile) > vec2f(1.0)) {
+    if any(abs(in.pos_tile.xy) > vec2f(in.pos_tile.z)) {
         discard;
     }
 }
@@ -123,5 +127,5 @@ fn clear(@builtin(instance_index) instance: u32, @builtin(vertex_index) index: u
     let kind = instance / refreshed[0];
     let right = f32(index == 1u || index == 2u || index == 4u);
     let top = f32(index == 2u || index == 4u || index == 5u);
-    return clip_position(kind * dome.counts.x + direction, vec3f(vec2f(right, top) * 2.0 - 1.0, 0.0));
+    return clip_position(kind, direction, vec4f(vec2f(right, top) * 2.0 - 1.0, 0.0, 1.0));
 }

@@ -3,9 +3,12 @@
 use super::DomeCoverage;
 use crate::probe::cube_directions;
 use bevy::prelude::*;
+use std::sync::Arc;
 
 /// Golden angle in radians: successive points of a Fibonacci lattice are this far apart in azimuth.
 const GOLDEN_ANGLE: f32 = 2.399_963_2;
+/// Fewest directions below the horizon of a dome whose directions are given.
+const LEAST_BELOW: u32 = 16;
 /// The last fitted sphere is kept while the casters fill at least this share of its radius.
 const KEEP_FILL: f32 = 0.7;
 /// Spheres have radii that are powers of this, so that casters may grow a little before they leave theirs and the texels of
@@ -33,46 +36,53 @@ fn sphere(count: u32) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// The directions with shadow maps.
-pub(super) fn shadowed_directions(coverage: DomeCoverage, count: u32) -> Vec<Vec3> {
-    match coverage {
-        DomeCoverage::Hemisphere => hemisphere(count).collect(),
-        DomeCoverage::Sphere => sphere(count).collect(),
-    }
+/// Directions that share the light between them, in the dome's frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Directions {
+    /// With shadow maps.
+    pub shadowed: Arc<[Vec3]>,
+    /// Below the horizon, without.
+    pub below: Arc<[Vec3]>,
 }
 
-/// The directions with shadow maps, followed by those below the horizon that have none: the mirror images of a hemisphere's.
-pub(super) fn all_directions(coverage: DomeCoverage, count: u32) -> Vec<Vec3> {
-    let mut directions = shadowed_directions(coverage, count);
-    if coverage == DomeCoverage::Hemisphere {
-        directions.extend_from_within(..);
-        for below in &mut directions[count as usize..] {
-            below.y = -below.y;
+impl Directions {
+    /// Spread evenly; those below a hemisphere are its mirror images.
+    pub(super) fn spread(coverage: DomeCoverage, count: u32) -> Self {
+        match coverage {
+            DomeCoverage::Hemisphere => Self {
+                shadowed: hemisphere(count).collect(),
+                below: hemisphere(count).map(|direction| direction.with_y(-direction.y)).collect(),
+            },
+            DomeCoverage::Sphere => Self { shadowed: sphere(count).collect(), below: Arc::default() },
         }
     }
-    directions
-}
 
-/// Solid angle that one direction stands for, in steradian.
-pub(super) fn solid_angle(coverage: DomeCoverage, count: u32) -> f32 {
-    let whole = match coverage {
-        DomeCoverage::Hemisphere => std::f32::consts::TAU,
-        DomeCoverage::Sphere => 2.0 * std::f32::consts::TAU,
-    };
-    whole / count.max(1) as f32
+    /// Given ones; below them as many are spread as they are, or more.
+    pub(super) fn given(coverage: DomeCoverage, shadowed: Arc<[Vec3]>) -> Self {
+        let below = match coverage {
+            DomeCoverage::Hemisphere => Self::spread(coverage, (shadowed.len() as u32).max(LEAST_BELOW)).below,
+            DomeCoverage::Sphere => Arc::default(),
+        };
+        Self { shadowed, below }
+    }
+
+    pub(super) fn all(&self) -> impl Iterator<Item = Vec3> {
+        self.shadowed.iter().chain(self.below.iter()).copied()
+    }
 }
 
 /// Division of the sphere among directions.
 pub(super) struct Cells {
     /// Direction (dome frame) and solid angle (steradian) of small patches, those of one cell together.
     pub patches: Vec<Vec4>,
-    /// First patch and one past the last, per direction.
-    pub ranges: Vec<UVec2>,
+    /// First patch and one past the last, and 1 for what is below the horizon; per direction.
+    pub ranges: Vec<UVec4>,
 }
 
 impl Cells {
     /// Gives every patch of the sphere, a texel of a cube, to the direction nearest to it.
-    pub(super) fn new(directions: &[Vec3], cube_edge: u32) -> Self {
+    pub(super) fn new(directions: &Directions, cube_edge: u32) -> Self {
+        let directions: Vec<Vec3> = directions.all().collect();
         let mut by_direction: Vec<Vec<Vec4>> = vec![Vec::new(); directions.len()];
         for (patch, solid_angle) in cube_directions(cube_edge) {
             let nearest =
@@ -82,10 +92,10 @@ impl Cells {
             }
         }
         let mut cells = Self { patches: Vec::new(), ranges: Vec::new() };
-        for list in by_direction {
+        for (list, direction) in by_direction.into_iter().zip(directions) {
             let start = cells.patches.len() as u32;
             cells.patches.extend(list);
-            cells.ranges.push(UVec2::new(start, cells.patches.len() as u32));
+            cells.ranges.push(UVec4::new(start, cells.patches.len() as u32, u32::from(direction.y < 0.0), 0));
         }
         cells
     }
@@ -129,14 +139,17 @@ mod tests {
     #[test]
     fn the_cells_share_the_sphere_evenly() {
         for coverage in [DomeCoverage::Hemisphere, DomeCoverage::Sphere] {
-            let cells = Cells::new(&all_directions(coverage, 64), 64);
-            let fair_share = solid_angle(coverage, 64);
+            let directions = Directions::spread(coverage, 64);
+            let cells = Cells::new(&directions, 64);
+            let fair_share = 4.0 * std::f32::consts::PI / directions.all().count() as f32;
             let mut total = 0.0;
             for range in &cells.ranges {
                 let own: f32 = cells.patches[range.x as usize..range.y as usize].iter().map(|p| p.w).sum();
                 assert!((0.5..2.0).contains(&(own / fair_share)), "a cell has {} of its fair share", own / fair_share);
                 total += own;
             }
+            let is_below = cells.ranges.iter().map(|range| range.z);
+            assert_eq!(is_below.sum::<u32>() as usize, directions.all().filter(|direction| direction.y < 0.0).count());
             assert!((total - 4.0 * std::f32::consts::PI).abs() < 5e-3);
         }
     }

@@ -2,17 +2,25 @@
 
 #define_import_path bevy_mirrorball::shadows::dome
 
-/// Mirror of `ViewUniform` in extract.rs. Packed: every invocation reads one per direction.
+/// Mirror of `ViewUniform` in view.rs. Packed: every invocation reads one per direction.
 struct DomeView {
-    /// Unit vectors to the right and upwards across the tile, six components as signed 16-bit fractions. The direction
-    /// towards the light is their cross product.
+    /// Vectors to the right and upwards across the tile, six components as signed 16-bit fractions. Unit vectors whose cross
+    /// product points towards the light; of a spot only as long as the tile's shape asks for.
     axes_low: u32,
     axes_mid: u32,
     axes_high: u32,
-    /// 1 ÷ half the width of the tile's view, in metres.
+    /// 1 ÷ half the width of the tile's view, in metres. Below 0 for a spot: −1 ÷ the tangent of half its field of view.
     scale: f32,
-    /// Where the view looks at, in the world.
+    /// Where the view looks at, in the world; of a spot where it is.
     center: vec3f,
+    /// Of the tiles for virtual casters and phantoms in the atlas, in tiles: x, y, x, y, eight bits each.
+    corners: u32,
+    /// Of a spot: its depth is the first ÷ distance + the second.
+    depth: vec2f,
+    /// Of a key light: radius of penumbras in tile widths, per unit of depth.
+    spread: f32,
+    /// Of a key light that is near: metres from it to where its light was measured; 0 for others.
+    measured_at: f32,
 }
 
 /// Unit vectors of a view.
@@ -25,12 +33,14 @@ struct Axes {
 
 /// Mirror of `DomeUniform` in extract.rs.
 struct Dome {
-    /// Directions with shadow maps, all directions, columns and rows of the atlas.
+    /// Directions with shadow maps (key lights are the last of them), all directions, columns and rows of the atlas.
     counts: vec4u,
-    /// Width of a tile and radius of the filter in texels, tangent of a light's angular radius, solid angle of a direction.
+    /// Width of a tile and radius of the filter in texels, tangent of a light's angular radius, width of a key light's tile in
+    /// ordinary ones.
     params: vec4f,
     /// The camera whose visibility is in a texture: pixels across one of its samples (0 for no camera). Then 1 if reflections
-    /// are occluded, too. Then whether there are virtual casters (1) and phantoms (2) in the atlas.
+    /// are occluded, too. Then whether there are virtual casters (1) and phantoms (2) in the atlas, and spots (4). Then the
+    /// first key light.
     served: vec4u,
     /// That camera's matrix, without jitter.
     served_clip_from_world: mat4x4f,
@@ -39,21 +49,25 @@ struct Dome {
 
 /// One direction's light, packed; see weights_pass.wgsl.
 struct DomeWeight {
-    /// Radiance × solid angle: red and green, then blue, as 16-bit floats.
+    /// Radiance × solid angle: red and green, then blue and the solid angle in steradian, as 16-bit floats.
     rg: u32,
-    b: u32,
+    b_solid_angle: u32,
     /// The direction with shadow maps that comes at this place when they are ordered by their light. Behind the last
     /// direction: how many of them are worth a look.
     ranked: u32,
 }
 
 fn unpack_light(weight: DomeWeight) -> vec3f {
-    return vec3f(unpack2x16float(weight.rg), unpack2x16float(weight.b).x);
+    return vec3f(unpack2x16float(weight.rg), unpack2x16float(weight.b_solid_angle).x);
 }
 
-fn pack_light(light: vec3f, ranked: u32) -> DomeWeight {
+fn unpack_solid_angle(weight: DomeWeight) -> f32 {
+    return unpack2x16float(weight.b_solid_angle).y;
+}
+
+fn pack_light(light: vec3f, solid_angle: f32, ranked: u32) -> DomeWeight {
     let stored = min(light, vec3f(65504.0));
-    return DomeWeight(pack2x16float(stored.rg), pack2x16float(vec2f(stored.b, 0.0)), ranked);
+    return DomeWeight(pack2x16float(stored.rg), pack2x16float(vec2f(stored.b, solid_angle)), ranked);
 }
 
 fn unpack_axes(axes_low: u32, axes_mid: u32, axes_high: u32) -> Axes {
@@ -71,8 +85,29 @@ fn tile_position(axes: Axes, scale: f32, offset: vec3f) -> vec3f {
     return vec3f(pos.xy, pos.z * 0.5 + 0.5);
 }
 
-/// Texture coordinates in the atlas of a tile position.
-fn atlas_uv(counts: vec4u, tile: u32, pos_tile: vec2f) -> vec2f {
-    let corner = vec2f(vec2u(tile % counts.z, tile / counts.z));
-    return (corner + pos_tile * vec2f(0.5, -0.5) + 0.5) / vec2f(counts.zw);
+/// Position in a view's tile of a place in the world, still to be divided by w.
+fn project(view: DomeView, pos_world: vec3f) -> vec4f {
+    let axes = unpack_axes(view.axes_low, view.axes_mid, view.axes_high);
+    let offset = pos_world - view.center;
+    if view.scale > 0.0 {
+        return vec4f(tile_position(axes, view.scale, offset), 1.0);
+    }
+    let away = -dot(normalize(axes.direction), offset);
+    let across = vec2f(dot(axes.right, offset), dot(axes.up, offset)) * -view.scale;
+    return vec4f(across, view.depth.x + view.depth.y * away, away);
+}
+
+/// Corner of a tile, in tiles.
+fn tile_corner(corners: u32, kind: u32) -> vec2f {
+    return vec2f(vec2u(corners >> (16u * kind), corners >> (16u * kind + 8u)) & vec2u(255u));
+}
+
+/// Width of a tile in ordinary ones.
+fn tile_span(key_span: f32, index: u32, first_key: u32) -> f32 {
+    return select(1.0, key_span, index >= first_key);
+}
+
+/// Texture coordinates in the atlas of a position in a tile.
+fn atlas_uv(counts: vec4u, corner: vec2f, span: f32, pos_tile: vec2f) -> vec2f {
+    return (corner + span * (pos_tile * vec2f(0.5, -0.5) + 0.5)) / vec2f(counts.zw);
 }

@@ -1,9 +1,10 @@
 //! The dome on its way to the GPU.
 
 use super::{
-    DomeCoverage, FittedDome, Refreshing, depth_pass,
-    dome::{self, BoundingSphere},
-    textures::{AtlasLayout, DomeTextures, VIEWS_HEADER},
+    FittedDome, Refreshing, depth_pass,
+    dome::Directions,
+    textures::{AtlasLayout, DomeTextures, KEY_SPAN, VIEWS_HEADER},
+    view::ViewUniform,
     visibility_pass::ServedByDome,
 };
 use crate::probe::EnvironmentCube;
@@ -83,16 +84,6 @@ fn extract_dome(
     });
 }
 
-/// Mirror of `DomeView` in dome.wgsl.
-#[derive(ShaderType, Clone, Copy)]
-struct ViewUniform {
-    axes_low: u32,
-    axes_mid: u32,
-    axes_high: u32,
-    scale: f32,
-    center: Vec3,
-}
-
 /// Mirror of `Dome` in dome.wgsl.
 #[derive(ShaderType, Default)]
 struct DomeUniform {
@@ -107,69 +98,28 @@ struct DomeUniform {
 /// Least share of a tile's half width kept free around the casters, so that filters do not read the neighbor's.
 const GUTTER: f32 = 2.0 / 32.0;
 
-/// So far away is the center of a view that sees no place.
-const NOWHERE: Vec3 = Vec3::splat(1e12);
-
-impl ViewUniform {
-    fn new(direction: Vec3, center: Vec3, scale: f32) -> Self {
-        let (right, up) = axes(direction);
-        Self {
-            axes_low: snorms(right.x, right.y),
-            axes_mid: snorms(right.z, up.x),
-            axes_high: snorms(up.y, up.z),
-            scale,
-            center,
-        }
-    }
-
-    /// A view that sees no place.
-    fn blank(direction: Vec3) -> Self {
-        Self::new(direction, NOWHERE, 1.0)
-    }
-
-    /// A view of a sphere in a tile of a resolution.
-    fn around(direction: Vec3, sphere: BoundingSphere, half_width: f32, resolution: f32) -> Self {
-        // Whole texels, so that what does not move is drawn alike from every sphere of this size.
-        let texel = 2.0 * half_width / resolution;
-        let to_texel =
-            |axis: Vec3| axis * ((axis.dot(sphere.center) / texel).round() * texel - axis.dot(sphere.center));
-        let (right, up) = axes(direction);
-        Self::new(direction, sphere.center + to_texel(right) + to_texel(up), 1.0 / half_width)
-    }
-}
-
-/// Two unit vectors whose cross product is a direction.
-fn axes(direction: Vec3) -> (Vec3, Vec3) {
-    let (right, up) = direction.any_orthonormal_pair();
-    if right.cross(up).dot(direction) > 0.0 { (right, up) } else { (up, right) }
-}
-
-/// Two signed fractions of 16 bits, as `unpack2x16snorm` reads them.
-fn snorms(low: f32, high: f32) -> u32 {
-    let snorm = |value: f32| u32::from((value.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
-    snorm(low) | snorm(high) << 16
-}
-
 /// The views as their shadow maps were drawn; those drawn at different times may have different spheres.
 #[derive(Resource, Default)]
 pub(super) struct DomeViews {
     uniform: DomeUniform,
-    directions: Vec<Vec3>,
-    made_for: Option<(u32, DomeCoverage, Quat)>,
+    made_for: Option<(Directions, usize, Quat)>,
     is_written: bool,
 }
 
 impl DomeViews {
     /// Starts with views that see nothing when the dome has other directions than before.
     fn follow(&mut self, fitted: &FittedDome) {
-        let made_for = Some((fitted.directions, fitted.coverage, fitted.world_from_dome));
-        if self.made_for == made_for {
+        let is_same = self.made_for.as_ref().is_some_and(|(directions, keys, rotation)| {
+            *directions == fitted.directions && *keys == fitted.keys.len() && *rotation == fitted.world_from_dome
+        });
+        if is_same {
             return;
         }
-        self.made_for = made_for;
-        let directions = dome::all_directions(fitted.coverage, fitted.directions);
-        self.directions = directions.into_iter().map(|direction| fitted.world_from_dome * direction).collect();
-        self.uniform.views = self.directions.iter().map(|direction| ViewUniform::blank(*direction)).collect();
+        self.made_for = Some((fitted.directions.clone(), fitted.keys.len(), fitted.world_from_dome));
+        let blank = |direction: &Vec3| ViewUniform::blank(fitted.world_from_dome * *direction);
+        let keys = std::iter::repeat_n(ViewUniform::blank(Vec3::Y), fitted.keys.len());
+        let Directions { shadowed, below } = &fitted.directions;
+        self.uniform.views = shadowed.iter().map(blank).chain(keys).chain(below.iter().map(blank)).collect();
         // An array without elements has no layout.
         if self.uniform.views.is_empty() {
             self.uniform.views.push(ViewUniform::blank(Vec3::Y));
@@ -177,21 +127,20 @@ impl DomeViews {
         self.is_written = false;
     }
 
-    /// Fits views to the casters as they are now.
-    pub(super) fn refit(&mut self, fitted: &FittedDome, layout: &AtlasLayout, directions: &BTreeSet<u32>) {
-        let resolution = layout.resolution as f32;
-        let gutter = GUTTER.max(2.0 * (fitted.filter.radius() as f32 + 2.0) / resolution);
-        for &index in directions {
-            let (Some(view), Some(&direction)) =
-                (self.uniform.views.get_mut(index as usize), self.directions.get(index as usize))
-            else {
+    /// Fits views to the casters and lights as they are now.
+    pub(super) fn refit(&mut self, fitted: &FittedDome, layout: &AtlasLayout, indices: &BTreeSet<u32>) {
+        for &index in indices {
+            let Some(slot) = self.uniform.views.get_mut(index as usize) else {
                 continue;
             };
-            *view = fitted.sphere.map_or(ViewUniform::blank(direction), |sphere| {
-                ViewUniform::around(direction, sphere, sphere.radius * (1.0 + gutter), resolution)
-            });
+            let edge = layout.tile_edge(index) as f32;
+            let gutter = GUTTER.max(2.0 * (fitted.filter.radius() as f32 + 2.0) / edge);
+            let view = fitted.view(index);
+            let fitted = view.zip(fitted.sphere).map(|(view, sphere)| ViewUniform::new(&view, sphere, gutter, edge));
+            let blank = || ViewUniform::blank(view.map_or(Vec3::Y, |view| view.direction));
+            *slot = fitted.unwrap_or_else(blank).at(layout.corners(index));
         }
-        self.is_written &= directions.is_empty();
+        self.is_written &= indices.is_empty();
     }
 }
 
@@ -217,17 +166,27 @@ pub(super) fn write_views(
     };
     let (fitted, layout) = (&dome.fitted, &textures.layout);
     // Before the atlas has followed the settings nothing is shadowed.
-    let shadowed = if layout.directions == fitted.directions { fitted.directions } else { 0 };
+    let shadowed = if fitted.fits(layout) { layout.shadow_maps() } else { 0 };
     let all = if shadowed > 0 { views.uniform.views.len() as u32 } else { 0 };
-    let solid_angle = dome::solid_angle(fitted.coverage, fitted.directions);
     let served = served.iter().next().map(|(view, _)| view);
     let casts = |is_phantom: bool| fitted.casters.iter().any(|caster| caster.is_phantom == is_phantom);
     // Shadows of what has gone stay until all shadow maps are drawn anew.
     let casters = if dome.pending.is_empty() { u32::from(casts(false)) | u32::from(casts(true)) << 1 } else { 3 };
+    let has_lenses = fitted.all_views().any(|view| view.lens.is_some());
     let header = DomeUniform {
         counts: UVec4::new(shadowed, all, layout.columns, layout.rows),
-        params: Vec4::new(layout.resolution as f32, fitted.filter.radius() as f32, fitted.filter.spread(), solid_angle),
-        served: UVec4::new(served.map_or(0, |_| fitted.sample_pixels), fitted.occludes_reflections.into(), casters, 0),
+        params: Vec4::new(
+            layout.resolution as f32,
+            fitted.filter.radius() as f32,
+            fitted.filter.spread(),
+            KEY_SPAN as f32,
+        ),
+        served: UVec4::new(
+            served.map_or(0, |_| fitted.sample_pixels),
+            fitted.occludes_reflections.into(),
+            casters | u32::from(has_lenses) << 2,
+            layout.directions,
+        ),
         served_clip_from_world: served
             .map_or(Mat4::ZERO, |view| view.clip_from_view * view.world_from_view.to_matrix().inverse()),
         views: std::mem::take(&mut views.uniform.views),

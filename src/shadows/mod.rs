@@ -36,17 +36,21 @@ mod depth_pass;
 mod dome;
 mod extract;
 mod filter;
+mod key_lights;
+mod lights_file;
 mod schedule;
 mod textures;
+mod view;
 mod visibility_pass;
 mod weights_pass;
 
 pub(crate) use casters::Cutout;
 pub(crate) use filter::FilterKind;
 pub use filter::ShadowFilter;
+pub use lights_file::{DomeLights, FileLight, FileLightKind, LightsFile, LightsFileError};
 pub use textures::DomeTextures;
 
-use crate::MirrorballSystems;
+use crate::{MirrorballSystems, lighting::RealLight, probe::EnvironmentCube};
 use bevy::{
     prelude::*,
     render::{
@@ -56,8 +60,12 @@ use bevy::{
     shader::load_shader_library,
 };
 use casters::{Caster, Casters};
-use dome::BoundingSphere;
+use dome::{BoundingSphere, Directions};
+use key_lights::{KeyLight, KeySearch};
 use schedule::Schedule;
+use std::sync::Arc;
+use textures::AtlasLayout;
+use view::LightView;
 
 /// A dome of shadow-casting directions colored by the measured environment; its up axis is the entity's +Y.
 ///
@@ -78,6 +86,10 @@ pub struct ShadowDomeLight {
     pub directions: u32,
     /// Where the directions are. Defaults to the hemisphere above.
     pub coverage: DomeCoverage,
+    /// How many of the strongest [`RealLight`](crate::lighting::RealLight)s have shadow maps of their own, twice as fine, with
+    /// penumbras as wide as the light is, 0…8 (clamped). Their part of the environment's light is taken from the directions
+    /// around them. Defaults to 2; costs nothing while no light is known.
+    pub key_lights: u32,
     /// Side of one direction's square shadow map in texels, 32…1024 (clamped; halved until the atlas fits the device).
     /// Defaults to 256.
     pub resolution: u32,
@@ -101,6 +113,7 @@ impl Default for ShadowDomeLight {
         Self {
             directions: 64,
             coverage: DomeCoverage::default(),
+            key_lights: 2,
             resolution: 256,
             filter: ShadowFilter::default(),
             samples: VisibilitySamples::default(),
@@ -114,6 +127,9 @@ impl Default for ShadowDomeLight {
 impl ShadowDomeLight {
     /// Most directions a dome can have.
     pub const MAX_DIRECTIONS: u32 = 1024;
+
+    /// Most key lights a dome can have.
+    pub const MAX_KEY_LIGHTS: u32 = 8;
 
     /// The number of directions within its bounds.
     fn clamped_directions(&self) -> u32 {
@@ -172,6 +188,8 @@ pub struct DomeState {
     pub outdated: u32,
     /// The fewest directions that together give 90 % of the light, as it was read back from the GPU some frames ago.
     pub main: u32,
+    /// Real lights that have shadow maps of their own.
+    pub key_lights: u32,
     /// Frames since casters were last where the oldest of the main directions' shadow maps shows them.
     pub oldest_main: u32,
 }
@@ -186,13 +204,16 @@ impl Plugin for ShadowsPlugin {
         load_shader_library!(app, "receive.wgsl");
         app.register_type::<ShadowDomeLight>()
             .register_type::<DomeState>()
+            .register_type::<DomeLights>()
+            .init_asset::<LightsFile>()
+            .init_asset_loader::<lights_file::LightsFileLoader>()
             .init_resource::<FittedDome>()
             .init_resource::<Refreshing>()
             .add_systems(
                 PostUpdate,
                 (
-                    (textures::fit_textures, camera::serve_camera).run_if(resource_exists::<DomeTextures>),
                     fit_dome,
+                    (textures::fit_textures, camera::serve_camera).run_if(resource_exists::<DomeTextures>),
                     read_energies.run_if(resource_exists::<DomeTextures>),
                 )
                     .chain()
@@ -215,9 +236,12 @@ impl Plugin for ShadowsPlugin {
 /// What the render world has to know of the dome.
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 struct FittedDome {
-    /// Number of directions with shadow maps; 0 without a dome.
-    directions: u32,
-    coverage: DomeCoverage,
+    /// None without a dome.
+    directions: Directions,
+    /// The views of the directions with shadow maps if a file tells them; empty where all their light is parallel.
+    file_views: Arc<[LightView]>,
+    /// The places for key lights, taken or not.
+    keys: Vec<Option<KeyLight>>,
     world_from_dome: Quat,
     filter: ShadowFilter,
     /// Pixels across a sample of the visibility pass; 0 without it.
@@ -226,6 +250,44 @@ struct FittedDome {
     occludes_reflections: bool,
     sphere: Option<BoundingSphere>,
     casters: Vec<Caster>,
+}
+
+impl FittedDome {
+    /// How many directions have shadow maps, besides key lights.
+    fn direction_count(&self) -> u32 {
+        self.directions.shadowed.len() as u32
+    }
+
+    /// Whether an atlas has a tile for every shadow map.
+    fn fits(&self, layout: &AtlasLayout) -> bool {
+        (layout.directions, layout.keys) == (self.direction_count(), self.keys.len() as u32)
+    }
+
+    /// The view of a direction with a shadow map, or of a key light; `None` on a free place.
+    fn view(&self, index: u32) -> Option<LightView> {
+        let index = index as usize;
+        match index.checked_sub(self.directions.shadowed.len()) {
+            Some(key) => self.keys.get(key).copied().flatten().map(|key| key.view),
+            None => self.file_views.get(index).copied().or_else(|| {
+                let direction = self.directions.shadowed.get(index)?;
+                Some(LightView::parallel(self.world_from_dome * *direction, 0.0))
+            }),
+        }
+    }
+
+    /// The views that may be other than parallel.
+    fn all_views(&self) -> impl Iterator<Item = LightView> {
+        self.file_views.iter().copied().chain(self.keys.iter().flatten().map(|key| key.view))
+    }
+
+    /// Whether all shadow maps have to be drawn anew after another dome.
+    fn differs_from(&self, old: &Self) -> bool {
+        self.directions != old.directions
+            || self.file_views != old.file_views
+            || self.keys.len() != old.keys.len()
+            || self.world_from_dome != old.world_from_dome
+            || self.filter != old.filter
+    }
 }
 
 /// Which shadow maps are drawn again.
@@ -239,37 +301,71 @@ struct Refreshing {
     readback: Option<Entity>,
 }
 
+type DomeItem =
+    (&'static ShadowDomeLight, &'static GlobalTransform, &'static mut DomeState, Option<&'static DomeLights>);
+
 fn fit_dome(
     mut fitted: ResMut<FittedDome>,
     mut refreshing: ResMut<Refreshing>,
-    mut domes: Query<(&ShadowDomeLight, &GlobalTransform, &mut DomeState)>,
+    mut domes: Query<DomeItem>,
     mut casters: Casters,
+    files: Res<Assets<LightsFile>>,
+    lights: Query<&RealLight>,
+    probes: Query<&GlobalTransform, With<EnvironmentCube>>,
+    mut spread: Local<Option<(DomeCoverage, u32, Directions)>>,
 ) {
     let refreshing = &mut *refreshing;
-    let Some((dome, transform, mut state)) = domes.iter_mut().next() else {
+    let Some((dome, transform, mut state, file)) = domes.iter_mut().next() else {
         fitted.set_if_neq(FittedDome::default());
         *refreshing = Refreshing { readback: refreshing.readback, ..default() };
         return;
     };
     let casters = casters.gather();
     let spheres: Vec<_> = casters.iter().map(|caster| caster.sphere).collect();
-    let now = FittedDome {
-        directions: dome.clamped_directions(),
+    let sphere = BoundingSphere::around(&spheres).map(|sphere| sphere.or_keep(fitted.sphere));
+    let (directions, file_views) = match file.and_then(|file| files.get(&file.0)) {
+        Some(file) => {
+            let found = file.views(dome.coverage, transform);
+            (found.directions, found.views)
+        }
+        None => {
+            let count = dome.clamped_directions();
+            if spread.as_ref().is_none_or(|(coverage, old, _)| (*coverage, *old) != (dome.coverage, count)) {
+                *spread = Some((dome.coverage, count, Directions::spread(dome.coverage, count)));
+            }
+            (spread.as_ref().map(|(.., directions)| directions.clone()).unwrap_or_default(), Arc::default())
+        }
+    };
+    let search = KeySearch {
+        places: dome.key_lights.min(ShadowDomeLight::MAX_KEY_LIGHTS),
+        directions: directions.shadowed.len() as u32,
         coverage: dome.coverage,
+        up: *transform.up(),
+        measured_from: probes.iter().next().map(GlobalTransform::translation),
+        casters: sphere,
+        last: &fitted.keys,
+    };
+    let now = FittedDome {
+        keys: search.choose(lights.iter()),
+        directions,
+        file_views,
         world_from_dome: transform.rotation(),
         filter: dome.filter,
         sample_pixels: dome.samples.pixels(),
         dim_share: if dome.dim_share.is_finite() { dome.dim_share.clamp(0.0, 1.0) } else { 0.0 },
         occludes_reflections: dome.occludes_reflections,
-        sphere: BoundingSphere::around(&spheres).map(|sphere| sphere.or_keep(fitted.sphere)),
+        sphere,
         casters,
     };
-    let views = |dome: &FittedDome| (dome.directions, dome.coverage, dome.world_from_dome, dome.filter);
-    if views(&fitted) != views(&now) {
-        let directions = dome::shadowed_directions(now.coverage, now.directions);
-        refreshing.schedule = Schedule::new(directions.into_iter().map(|direction| now.world_from_dome * direction));
+    let direction = |index: u32| now.view(index).map(|view| view.direction);
+    let (first_key, all) = (now.direction_count(), now.direction_count() + now.keys.len() as u32);
+    if now.differs_from(&fitted) {
+        refreshing.schedule = Schedule::new((0..all).map(direction));
     } else {
         refreshing.schedule.advance(casters::movement(&fitted.casters, &now.casters));
+        for index in (first_key..all).filter(|index| now.view(*index) != fitted.view(*index)) {
+            refreshing.schedule.turn(index as usize, direction(index));
+        }
     }
     let (chosen, ages) = refreshing.schedule.choose(dome.refreshed_per_frame.max(1), &refreshing.energies);
     state.set_if_neq(DomeState {
@@ -278,6 +374,7 @@ fn fit_dome(
         outdated: ages.outdated,
         main: ages.main,
         oldest_main: ages.oldest_main,
+        key_lights: now.keys.iter().flatten().count() as u32,
     });
     refreshing.chosen = chosen;
     fitted.set_if_neq(now);
@@ -291,14 +388,15 @@ fn read_energies(
     fitted: Res<FittedDome>,
     mut asked: Local<u32>,
 ) {
-    let is_needed = fitted.directions > 1 && refreshing.schedule.is_outdated();
-    if refreshing.readback.is_some() && (!is_needed || *asked != fitted.directions) {
+    let shadow_maps = fitted.direction_count() + fitted.keys.len() as u32;
+    let is_needed = shadow_maps > 1 && refreshing.schedule.is_outdated();
+    if refreshing.readback.is_some() && (!is_needed || *asked != shadow_maps) {
         if let Some(mut readback) = refreshing.readback.take().and_then(|entity| commands.get_entity(entity).ok()) {
             readback.despawn();
         }
     } else if refreshing.readback.is_none() && is_needed {
-        *asked = fitted.directions;
-        let size = WEIGHT_BYTES as u64 * u64::from(fitted.directions);
+        *asked = shadow_maps;
+        let size = WEIGHT_BYTES as u64 * u64::from(shadow_maps);
         let readback = commands
             .spawn(Readback::buffer_range(textures.weights.clone(), 0, size))
             .observe(|answer: On<ReadbackComplete>, mut refreshing: ResMut<Refreshing>| {

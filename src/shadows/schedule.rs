@@ -46,11 +46,26 @@ pub(super) struct Schedule {
 
 #[derive(Clone, Copy, Debug)]
 struct DirectionAge {
-    direction: Vec3,
+    /// None for a place that is not taken.
+    direction: Option<Vec3>,
     /// Frames since casters were last where the shadow map shows them; 0 for one that is true.
     age: u32,
     /// How far they have gone since, in metres.
     movement: f32,
+}
+
+impl DirectionAge {
+    /// Of a shadow map that was never drawn.
+    fn new(direction: Option<Vec3>) -> Self {
+        match direction {
+            Some(_) => Self { direction, age: LONGEST_WAIT, movement: f32::MAX },
+            None => Self { direction, age: 0, movement: 0.0 },
+        }
+    }
+
+    fn was_drawn(&self) -> bool {
+        self.movement < f32::MAX
+    }
 }
 
 /// The state of a dome after a frame's choice.
@@ -63,19 +78,25 @@ pub(super) struct Ages {
 
 impl Schedule {
     /// A dome whose shadow maps are all still to be drawn.
-    pub(super) fn new(directions: impl Iterator<Item = Vec3>) -> Self {
-        let fresh = |direction| DirectionAge { direction, age: LONGEST_WAIT, movement: f32::MAX };
-        Self { directions: directions.map(fresh).collect() }
+    pub(super) fn new(directions: impl Iterator<Item = Option<Vec3>>) -> Self {
+        Self { directions: directions.map(DirectionAge::new).collect() }
+    }
+
+    /// Gives one of the directions up for another, for the same one seen anew or for none.
+    pub(super) fn turn(&mut self, index: usize, direction: Option<Vec3>) {
+        if let Some(turned) = self.directions.get_mut(index) {
+            *turned = DirectionAge::new(direction);
+        }
     }
 
     /// Lets a frame pass in which casters have moved, or not.
     pub(super) fn advance(&mut self, movement: Option<Movement>) {
-        for direction in &mut self.directions {
-            if let Some(movement) = movement {
-                direction.age += 1;
-                direction.movement += movement.seen_from(direction.direction);
-            } else if direction.age > 0 {
-                direction.age += 1;
+        for aged in &mut self.directions {
+            if let (Some(movement), Some(direction)) = (movement, aged.direction) {
+                aged.age += 1;
+                aged.movement += movement.seen_from(direction);
+            } else if aged.age > 0 {
+                aged.age += 1;
             }
         }
     }
@@ -87,7 +108,8 @@ impl Schedule {
     /// The main directions, by energy: the fewest that make most of it.
     fn main_directions(&self, energies: &[f32]) -> Vec<usize> {
         let energy = |i: usize| energies.get(i).copied().unwrap_or(1.0).max(0.0);
-        let mut order: Vec<usize> = (0..self.directions.len()).collect();
+        let mut order: Vec<usize> =
+            (0..self.directions.len()).filter(|&i| self.directions[i].direction.is_some()).collect();
         order.sort_by(|&a, &b| energy(b).total_cmp(&energy(a)));
         let total: f32 = order.iter().map(|&i| energy(i)).sum();
         let mut sum = 0.0;
@@ -100,25 +122,26 @@ impl Schedule {
     }
 
     /// Chooses the directions to draw again: as many of the longest outdated main ones as it takes that none of them gets
-    /// older than eight frames, then up to `budget` by energy × age × movement. What was never drawn is drawn at once.
+    /// older than eight frames, then up to `budget` by energy × age × movement. What was never drawn is drawn at once, besides.
     pub(super) fn choose(&mut self, budget: u32, energies: &[f32]) -> (Vec<u32>, Ages) {
         let main = self.main_directions(energies);
-        let mut chosen: Vec<usize> =
-            (0..self.directions.len()).filter(|&i| self.directions[i].movement == f32::MAX).collect();
-        if chosen.is_empty() {
-            let mut waiting: Vec<usize> = main.iter().copied().filter(|&i| self.directions[i].age > 0).collect();
-            waiting.sort_by_key(|&i| std::cmp::Reverse(self.directions[i].age));
-            waiting.truncate(main.len().div_ceil(LONGEST_WAIT as usize));
-            chosen = waiting;
-            let priority = |i: usize| {
-                let DirectionAge { age, movement, .. } = self.directions[i];
-                energies.get(i).copied().unwrap_or(1.0).max(1e-6) * age as f32 * movement.max(1e-6)
-            };
-            let mut rest: Vec<usize> =
-                (0..self.directions.len()).filter(|i| self.directions[*i].age > 0 && !chosen.contains(i)).collect();
-            rest.sort_by(|&a, &b| priority(b).total_cmp(&priority(a)));
-            chosen.extend(rest.into_iter().take((budget as usize).saturating_sub(chosen.len())));
-        }
+        let (drawn, mut chosen): (Vec<usize>, Vec<usize>) =
+            (0..self.directions.len()).partition(|&i| self.directions[i].was_drawn());
+        let urgent = chosen.len();
+        let mut waiting: Vec<usize> =
+            main.iter().copied().filter(|&i| self.directions[i].was_drawn() && self.directions[i].age > 0).collect();
+        waiting.sort_by_key(|&i| std::cmp::Reverse(self.directions[i].age));
+        waiting.truncate(main.len().div_ceil(LONGEST_WAIT as usize));
+        chosen.extend(waiting);
+        let priority = |i: usize| {
+            let DirectionAge { age, movement, .. } = self.directions[i];
+            energies.get(i).copied().unwrap_or(1.0).max(1e-6) * age as f32 * movement.max(1e-6)
+        };
+        let mut rest: Vec<usize> =
+            drawn.into_iter().filter(|i| self.directions[*i].age > 0 && !chosen.contains(i)).collect();
+        rest.sort_by(|&a, &b| priority(b).total_cmp(&priority(a)));
+        let budget = (budget as usize).saturating_sub(chosen.len() - urgent);
+        chosen.extend(rest.into_iter().take(budget));
         for &i in &chosen {
             (self.directions[i].age, self.directions[i].movement) = (0, 0.0);
         }
@@ -148,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_still_scene_is_drawn_once() {
-        let mut schedule = Schedule::new(hemisphere(64));
+        let mut schedule = Schedule::new(hemisphere(64).map(Some));
         assert_eq!(schedule.choose(16, &[]).0.len(), 64, "all that was never drawn");
         for _ in 0..5 {
             schedule.advance(None);
@@ -158,7 +181,7 @@ mod tests {
 
     #[test]
     fn after_one_movement_each_direction_is_drawn_once_in_the_order_of_energy() {
-        let mut schedule = Schedule::new(hemisphere(64));
+        let mut schedule = Schedule::new(hemisphere(64).map(Some));
         schedule.choose(16, &[]);
         let energies = energies(64, 4);
         let mut drawn = Vec::new();
@@ -179,7 +202,7 @@ mod tests {
     fn while_casters_move_no_main_direction_waits_longer_than_eight_frames() {
         for (count, budget, lamps) in [(64, 16, 0), (64, 4, 5), (256, 16, 0), (256, 16, 20), (1024, 16, 0)] {
             let energies = energies(count, lamps);
-            let mut schedule = Schedule::new(hemisphere(count));
+            let mut schedule = Schedule::new(hemisphere(count).map(Some));
             schedule.choose(budget, &energies);
             let (mut oldest, mut most) = (0, 0);
             for _ in 0..60 {
@@ -192,6 +215,25 @@ mod tests {
             assert!(oldest <= LONGEST_WAIT);
             assert!(most <= (budget as usize).max(count.div_ceil(LONGEST_WAIT) as usize));
         }
+    }
+
+    #[test]
+    fn one_that_turns_is_drawn_at_once_besides_the_others_and_a_free_place_never() {
+        let mut schedule = Schedule::new(hemisphere(64).map(Some).chain([None]));
+        assert_eq!(schedule.choose(16, &[]).0.len(), 64);
+        for step in 0..40 {
+            schedule.turn(64, Some(Vec3::new(0.1 * step as f32, 1.0, 0.0).normalize()));
+            schedule.advance(moving());
+            let (chosen, ages) = schedule.choose(16, &[]);
+            assert!(
+                chosen.contains(&64) && chosen.len() == 17 && ages.oldest_main <= LONGEST_WAIT,
+                "{chosen:?} {ages:?}"
+            );
+        }
+        schedule.turn(64, None);
+        schedule.advance(moving());
+        let (chosen, ages) = schedule.choose(u32::MAX, &[]);
+        assert!(chosen.len() == 64 && ages.outdated == 0);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The depth atlas and the buffers that materials read.
 
-use super::{FilterKind, ShadowDomeLight, WEIGHT_BYTES, camera::visibility_image};
+use super::{FilterKind, FittedDome, ShadowDomeLight, WEIGHT_BYTES, camera::visibility_image};
 use bevy::{
     asset::RenderAssetUsages,
     image::{ImageCompareFunction, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
@@ -28,7 +28,7 @@ pub struct DomeTextures {
     /// The views of all directions (`Dome` in dome.wgsl).
     pub views: Handle<ShaderBuffer>,
     /// Radiance × solid angle of every direction in linear camera units (`DomeWeight` in dome.wgsl): those with shadow maps,
-    /// those without, then `L_p`.
+    /// key lights, those without, then `L_p`.
     pub weights: Handle<ShaderBuffer>,
     /// What the visibility pass has seen: red, green and blue share of the light that arrives, and 1.
     pub visibility: Handle<Image>,
@@ -39,13 +39,13 @@ pub struct DomeTextures {
 
 impl FromWorld for DomeTextures {
     fn from_world(world: &mut World) -> Self {
-        let layout = AtlasLayout::new(1, 1);
+        let layout = AtlasLayout::new(1, 0, 1);
         let mut images = world.resource_mut::<Assets<Image>>();
         let atlas = images.add(layout.image());
         let visibility_size = UVec2::ONE;
         let visibility = images.add(visibility_image(visibility_size));
         let mut buffers = world.resource_mut::<Assets<ShaderBuffer>>();
-        let most = 2 * ShadowDomeLight::MAX_DIRECTIONS as usize;
+        let most = (2 * ShadowDomeLight::MAX_DIRECTIONS + ShadowDomeLight::MAX_KEY_LIGHTS) as usize;
         let mut buffer = |size| {
             let mut buffer = ShaderBuffer::new(&vec![0; size], RenderAssetUsages::RENDER_WORLD);
             buffer.buffer_description.usage |= BufferUsages::COPY_SRC;
@@ -53,7 +53,7 @@ impl FromWorld for DomeTextures {
         };
         Self {
             atlas,
-            views: buffer(VIEWS_HEADER + 32 * most),
+            views: buffer(VIEWS_HEADER + VIEW_BYTES * most),
             weights: buffer(WEIGHT_BYTES * (most + 1)),
             visibility,
             visibility_size,
@@ -72,26 +72,58 @@ impl DomeTextures {
 
 /// Bytes of `Dome` in dome.wgsl before its views.
 pub(super) const VIEWS_HEADER: usize = 3 * 16 + 64;
+/// Bytes of `DomeView` in dome.wgsl.
+const VIEW_BYTES: usize = 48;
 
-/// Arrangement of the tiles: all tiles that see virtual casters, then all that see phantoms, row by row.
+/// Tiles that a key light's shadow map takes up in width and height.
+pub(super) const KEY_SPAN: u32 = 2;
+
+/// Arrangement of the tiles, row by row: all that see virtual casters, then all that see phantoms. Below them, in larger
+/// squares, those of key lights in the same order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct AtlasLayout {
     pub directions: u32,
+    pub keys: u32,
     pub resolution: u32,
     pub columns: u32,
     pub rows: u32,
 }
 
 impl AtlasLayout {
-    pub(super) fn new(directions: u32, resolution: u32) -> Self {
+    pub(super) fn new(directions: u32, keys: u32, resolution: u32) -> Self {
         let tiles = 2 * directions;
-        let columns = (tiles as f32).sqrt().ceil() as u32;
-        let rows = tiles.div_ceil(columns);
+        let columns = ((tiles + 2 * keys * KEY_SPAN * KEY_SPAN) as f32).sqrt().ceil().max(KEY_SPAN as f32) as u32;
+        let rows = tiles.div_ceil(columns) + KEY_SPAN * (2 * keys).div_ceil(columns / KEY_SPAN);
         let mut resolution = resolution;
-        while columns * resolution > MAX_ATLAS_EDGE {
+        while columns.max(rows) * resolution > MAX_ATLAS_EDGE {
             resolution /= 2;
         }
-        Self { directions, resolution, columns, rows }
+        Self { directions, keys, resolution, columns, rows }
+    }
+
+    /// All shadow maps: those of directions, then those of key lights.
+    pub(super) fn shadow_maps(&self) -> u32 {
+        self.directions + self.keys
+    }
+
+    /// Where in the atlas, in tiles, a direction or key light has the tiles for virtual casters and for phantoms.
+    pub(super) fn corners(&self, index: u32) -> [UVec2; 2] {
+        let first_row = (2 * self.directions).div_ceil(self.columns);
+        [0, 1].map(|kind| match index.checked_sub(self.directions) {
+            None => {
+                let tile = kind * self.directions + index;
+                UVec2::new(tile % self.columns, tile / self.columns)
+            }
+            Some(key) => {
+                let (place, in_row) = (kind * self.keys + key, self.columns / KEY_SPAN);
+                UVec2::new(KEY_SPAN * (place % in_row), first_row + KEY_SPAN * (place / in_row))
+            }
+        })
+    }
+
+    /// Texels along the edge of the tile of a direction or key light.
+    pub(super) fn tile_edge(&self, index: u32) -> u32 {
+        if index < self.directions { self.resolution } else { KEY_SPAN * self.resolution }
     }
 
     fn image(&self) -> Image {
@@ -118,11 +150,16 @@ pub(super) fn fit_textures(
     mut textures: ResMut<DomeTextures>,
     mut images: ResMut<Assets<Image>>,
     domes: Query<&ShadowDomeLight>,
+    fitted: Res<FittedDome>,
 ) {
     let Some(dome) = domes.iter().next() else {
         return;
     };
-    let layout = AtlasLayout::new(dome.clamped_directions(), dome.resolution.clamp(32, 1024));
+    let (directions, keys) = (fitted.direction_count(), fitted.keys.len() as u32);
+    if directions == 0 {
+        return;
+    }
+    let layout = AtlasLayout::new(directions, keys, dome.resolution.clamp(32, 1024));
     textures.filter = dome.filter.kind();
     if textures.layout != layout {
         textures.atlas = images.add(layout.image());
@@ -135,12 +172,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_direction_has_two_tiles_and_the_atlas_fits() {
-        for directions in [1, 7, 64, 256] {
-            let layout = AtlasLayout::new(directions, 1024);
-            assert!(layout.columns * layout.rows >= 2 * directions);
+    fn no_two_tiles_overlap_and_the_atlas_fits() {
+        for (directions, keys) in [(1, 0), (1, 1), (2, 8), (7, 3), (64, 2), (256, 0), (1024, 8)] {
+            let layout = AtlasLayout::new(directions, keys, 1024);
             assert!(layout.columns.max(layout.rows) * layout.resolution <= MAX_ATLAS_EDGE);
+            let mut taken = vec![false; (layout.columns * layout.rows) as usize];
+            for index in 0..layout.shadow_maps() {
+                let span = layout.tile_edge(index) / layout.resolution;
+                for corner in layout.corners(index) {
+                    for i in 0..span * span {
+                        let tile = corner + UVec2::new(i % span, i / span);
+                        assert!(tile.x < layout.columns && tile.y < layout.rows, "{layout:?}: {tile}");
+                        let place = &mut taken[(tile.y * layout.columns + tile.x) as usize];
+                        assert!(!std::mem::replace(place, true), "{layout:?}: {tile} is taken twice");
+                    }
+                }
+            }
         }
-        assert_eq!(AtlasLayout::new(64, 256).resolution, 256);
+        assert_eq!(AtlasLayout::new(64, 0, 256).resolution, 256);
     }
 }

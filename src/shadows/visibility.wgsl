@@ -5,7 +5,9 @@
 
 #define_import_path bevy_mirrorball::shadows::visibility
 
-#import bevy_mirrorball::shadows::dome::{Axes, Dome, DomeWeight, atlas_uv, tile_position, unpack_axes, unpack_light}
+#import bevy_mirrorball::shadows::dome::{
+    Axes, Dome, DomeWeight, atlas_uv, project, tile_corner, tile_position, unpack_axes, unpack_light, unpack_solid_angle,
+}
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(100) var atlas: texture_depth_2d;
 @group(#{MATERIAL_BIND_GROUP}) @binding(101) var atlas_sampler: sampler_comparison;
@@ -14,6 +16,8 @@
 
 const VIRTUAL_CASTERS: u32 = 0u;
 const PHANTOM_CASTERS: u32 = 1u;
+/// The bit beside those of casters that says that there are spots.
+const SPOTS: u32 = 2u;
 /// Light left below this share of the open sky's counts as none; there the picture is left alone.
 const LEAST_LIGHT: f32 = 1e-4;
 /// A surface looks at its own shadow map this many texels above itself, and more by the radius of the filter.
@@ -24,21 +28,22 @@ const FULLY_VISIBLE: f32 = 0.999;
 const BLOCKER_SAMPLES: i32 = 5;
 /// Samples across the penumbra that PCSS averages.
 const PENUMBRA_SAMPLES: i32 = 7;
+/// A near lamp is at most this many times as bright as where it was measured.
+const NEAREST_GAIN: f32 = 1e3;
 
-/// Share of a direction's light that reaches a position in a tile (-1…1, depth).
-fn compare(tile: u32, pos: vec3f) -> f32 {
+/// Share of a direction's light that reaches a position in its tile (-1…1, depth).
+fn compare(corner: vec2f, pos: vec3f) -> f32 {
     let depth = clamp(pos.z, 0.0, 1.0);
-    let tile_uv = 1.0 / vec2f(dome.counts.zw);
-    let texel = tile_uv / dome.params.x;
-    let center = atlas_uv(dome.counts, tile, pos.xy);
+    let texel = 1.0 / (vec2f(dome.counts.zw) * dome.params.x);
+    let center = atlas_uv(dome.counts, corner, 1.0, pos.xy);
 #ifdef FILTER_NEAREST
     return textureSampleCompareLevel(atlas, atlas_sampler, (floor(center / texel) + 0.5) * texel, depth);
 #else ifdef FILTER_GAUSS
     // Four bilinear comparisons half a texel off are the weights 1 2 1, 2 4 2, 1 2 1 on nine texels.
     var sum = 0.0;
     for (var i = 0u; i < 4u; i++) {
-        let corner = vec2f(vec2u(i % 2u, i / 2u)) - 0.5;
-        sum += textureSampleCompareLevel(atlas, atlas_sampler, center + corner * texel, depth);
+        let offset = vec2f(vec2u(i % 2u, i / 2u)) - 0.5;
+        sum += textureSampleCompareLevel(atlas, atlas_sampler, center + offset * texel, depth);
     }
     return 0.25 * sum;
 #else ifdef FILTER_PCF
@@ -52,22 +57,22 @@ fn compare(tile: u32, pos: vec3f) -> f32 {
     let width = 2.0 * dome.params.y + 1.0;
     return sum / (width * width);
 #else ifdef FILTER_PCSS
-    return percentage_closer_soft_shadow(tile, depth, center, texel);
+    return percentage_closer_soft_shadow(corner, 1.0, dome.params.z, pos);
 #else
     return textureSampleCompareLevel(atlas, atlas_sampler, center, depth);
 #endif
 }
 
-#ifdef FILTER_PCSS
-/// Percentage-closer soft shadow (Fernando 2005) of a light at infinity: the penumbra is as wide as the receiver is away from
-/// the mean blocker, times twice the tangent of the light's angular radius.
-fn percentage_closer_soft_shadow(tile: u32, depth: f32, center: vec2f, texel: vec2f) -> f32 {
-    let tile_uv = 1.0 / vec2f(dome.counts.zw);
-    let corner = vec2f(vec2u(tile % dome.counts.z, tile / dome.counts.z)) * tile_uv;
-    let low = corner + 0.5 * texel;
-    let high = corner + tile_uv - 0.5 * texel;
-    // Tile widths across a penumbra radius, per unit of depth: a tile is as deep as it is wide.
-    let spread = dome.params.z;
+/// Percentage-closer soft shadow (Fernando 2005). Penumbras are as wide as blockers are apart from the receiver in depth, times
+/// a spread: for parallel light twice the tangent of the light's angular radius, since a tile is as deep as it is wide; the
+/// depth of spots is one of inverse distances, in which the law has the same form.
+fn percentage_closer_soft_shadow(corner: vec2f, span: f32, spread: f32, pos: vec3f) -> f32 {
+    let depth = clamp(pos.z, 0.0, 1.0);
+    let tile_uv = span / vec2f(dome.counts.zw);
+    let texel = 1.0 / (vec2f(dome.counts.zw) * dome.params.x);
+    let center = atlas_uv(dome.counts, corner, span, pos.xy);
+    let low = corner / vec2f(dome.counts.zw) + 0.5 * texel;
+    let high = corner / vec2f(dome.counts.zw) + tile_uv - 0.5 * texel;
     let search = max((1.0 - depth) * spread * tile_uv, texel);
     var blockers = 0.0;
     var blocker_depth = 0.0;
@@ -97,16 +102,14 @@ fn percentage_closer_soft_shadow(tile: u32, depth: f32, center: vec2f, texel: ve
     }
     return sum / f32(PENUMBRA_SAMPLES * PENUMBRA_SAMPLES);
 }
-#endif
 
-/// A direction as a surface sees it.
+/// A direction as a place sees it.
 struct Aim {
     index: u32,
     axes: Axes,
     scale: f32,
-    /// Between the normal and the direction.
-    cos_angle: f32,
-    /// The surface's place in the tile.
+    pos_world: vec3f,
+    /// In the tile.
     pos: vec3f,
 }
 
@@ -114,15 +117,31 @@ fn has_casters(kind: u32) -> bool {
     return (dome.served.z & (1u << kind)) != 0u;
 }
 
-/// The view of a direction, and where in it a surface that faces it lies.
-fn aim(index: u32, axes: Axes, cos_angle: f32, pos_world: vec3f) -> Aim {
-    let scale = dome.views[index].scale;
-    let pos = tile_position(axes, scale, pos_world - dome.views[index].center);
-    return Aim(index, axes, scale, cos_angle, pos);
-}
-
 fn axes_of(index: u32) -> Axes {
     return unpack_axes(dome.views[index].axes_low, dome.views[index].axes_mid, dome.views[index].axes_high);
+}
+
+/// Towards the light of a direction from a place; w: how much of its light there is of what was measured.
+fn light_at(index: u32, axes: Axes, pos_world: vec3f) -> vec4f {
+    if !has_casters(SPOTS) || dome.views[index].scale > 0.0 {
+        return vec4f(axes.direction, 1.0);
+    }
+    let offset = dome.views[index].center - pos_world;
+    let distance_squared = max(dot(offset, offset), 1e-8);
+    let measured_at = dome.views[index].measured_at;
+    let gain = select(1.0, min(measured_at * measured_at / distance_squared, NEAREST_GAIN), measured_at > 0.0);
+    return vec4f(offset * inverseSqrt(distance_squared), gain);
+}
+
+/// The view of a direction, and where in it a place lies.
+fn aim(index: u32, axes: Axes, pos_world: vec3f) -> Aim {
+    let scale = dome.views[index].scale;
+    if scale > 0.0 {
+        return Aim(index, axes, scale, pos_world, tile_position(axes, scale, pos_world - dome.views[index].center));
+    }
+    let pos = project(dome.views[index], pos_world);
+    // What is behind a spot is outside its picture.
+    return Aim(index, axes, scale, pos_world, select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0));
 }
 
 /// 1 where casters of a kind let the light of a direction through, 0 where they block it.
@@ -130,16 +149,27 @@ fn visibility(kind: u32, index: u32, pos: vec3f) -> f32 {
     if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
         return 1.0;
     }
-    return compare(kind * dome.counts.x + index, pos);
+    let corner = tile_corner(dome.views[index].corners, kind);
+    if index >= dome.served.w {
+        return percentage_closer_soft_shadow(corner, dome.params.w, dome.views[index].spread, pos);
+    }
+    return compare(corner, pos);
 }
 
-/// Tile position above a surface from which the surface does not shadow itself.
-fn above_surface(aim: Aim, normal: vec3f) -> vec3f {
-    let sin_angle = sqrt(max(1.0 - aim.cos_angle * aim.cos_angle, 0.0));
+/// Position in the tile above a surface from which the surface does not shadow itself.
+fn above_surface(aim: Aim, normal: vec3f, cos_angle: f32) -> vec3f {
+    let sin_angle = sqrt(max(1.0 - cos_angle * cos_angle, 0.0));
     // Half the tile's texels are one unit wide.
-    let units = (SELF_SHADOW_OFFSET + dome.params.y) * 2.0 / dome.params.x * (0.2 + 0.8 * sin_angle);
-    let across = vec2f(dot(aim.axes.right, normal), dot(aim.axes.up, normal));
-    return aim.pos + vec3f(across, 0.5 * aim.cos_angle) * units;
+    let texels = dome.params.x * select(1.0, dome.params.w, aim.index >= dome.served.w);
+    let units = (SELF_SHADOW_OFFSET + dome.params.y) * 2.0 / texels * (0.2 + 0.8 * sin_angle);
+    if aim.scale > 0.0 {
+        let across = vec2f(dot(aim.axes.right, normal), dot(aim.axes.up, normal));
+        return aim.pos + vec3f(across, 0.5 * cos_angle) * units;
+    }
+    // A unit of a spot grows with the distance.
+    let offset = normal * (units * distance(dome.views[aim.index].center, aim.pos_world) / -aim.scale);
+    let pos = project(dome.views[aim.index], aim.pos_world + offset);
+    return select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0);
 }
 
 /// The directions worth a look at their shadow maps come first: how many, and which is the one at a rank.
@@ -162,11 +192,10 @@ fn is_in_virtual_shadow(pos_world: vec3f, normal: vec3f) -> bool {
     for (var rank = 0u; rank < bright; rank++) {
         let index = direction_at(rank);
         let axes = axes_of(index);
-        if dot(normal, axes.direction) <= 0.0 {
+        if dot(normal, light_at(index, axes, pos_world).xyz) <= 0.0 {
             continue;
         }
-        let seen = aim(index, axes, 0.0, pos_world);
-        if visibility(VIRTUAL_CASTERS, index, seen.pos) < FULLY_VISIBLE {
+        if visibility(VIRTUAL_CASTERS, index, aim(index, axes, pos_world).pos) < FULLY_VISIBLE {
             return true;
         }
     }
@@ -185,76 +214,67 @@ fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     for (var rank = 0u; rank < dome.counts.y; rank++) {
         let index = direction_at(rank);
         let axes = axes_of(index);
-        let cos_angle = dot(normal, axes.direction);
+        let source = light_at(index, axes, pos_world);
+        let cos_angle = dot(normal, source.xyz);
         if cos_angle <= 0.0 {
             continue;
         }
-        let light = unpack_light(weights[index]) * cos_angle;
+        let light = unpack_light(weights[index]) * (cos_angle * source.w);
         open_sky += light;
         if rank >= bright {
             before += light;
             after += light;
             continue;
         }
-        let seen = aim(index, axes, cos_angle, pos_world);
-        let real = light * visibility(PHANTOM_CASTERS, index, above_surface(seen, normal));
+        let seen = aim(index, axes, pos_world);
+        let real = light * visibility(PHANTOM_CASTERS, index, above_surface(seen, normal, cos_angle));
         before += real;
         after += real * visibility(VIRTUAL_CASTERS, index, seen.pos);
     }
     return select(vec3f(1.0), after / max(before, vec3f(1e-20)), before > LEAST_LIGHT * open_sky);
 }
 
-/// Factor on the diffuse image-based light of a virtual surface.
-fn virtual_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
-    let phantom_light = unpack_light(weights[dome.counts.y]) * dome.params.w;
+/// Light that arrives at a surface past real things, which send their own instead, ÷ that of the open sky.
+fn share_of_sky(pos_world: vec3f, normal: vec3f, is_real: bool) -> vec3f {
+    let phantom_light = unpack_light(weights[dome.counts.y]);
     let bright = bright_directions();
     var open_sky = vec3f(0.0);
     var arriving = vec3f(0.0);
     for (var rank = 0u; rank < dome.counts.y; rank++) {
         let index = direction_at(rank);
         let axes = axes_of(index);
-        let cos_angle = dot(normal, axes.direction);
+        let source = light_at(index, axes, pos_world);
+        let cos_angle = dot(normal, source.xyz);
+        let weight = weights[index];
+        let light = unpack_light(weight);
+        // The environment map has all its lights far away.
+        open_sky += light * max(dot(normal, axes.direction), 0.0);
         if cos_angle <= 0.0 {
             continue;
         }
-        let light = unpack_light(weights[index]);
-        open_sky += light * cos_angle;
         if rank >= bright {
-            arriving += light * cos_angle;
+            arriving += light * (cos_angle * source.w);
             continue;
         }
-        let seen = aim(index, axes, cos_angle, pos_world);
-        let past_phantoms = visibility(PHANTOM_CASTERS, index, seen.pos);
-        let past_virtual = visibility(VIRTUAL_CASTERS, index, above_surface(seen, normal));
-        arriving += mix(phantom_light, light, past_phantoms) * past_virtual * cos_angle;
+        let seen = aim(index, axes, pos_world);
+        let above = above_surface(seen, normal, cos_angle);
+        let past_phantoms = visibility(PHANTOM_CASTERS, index, select(seen.pos, above, is_real));
+        let open = mix(phantom_light * unpack_solid_angle(weight), light * source.w, past_phantoms);
+        let past_virtual = select(visibility(VIRTUAL_CASTERS, index, above), 1.0, is_real);
+        arriving += open * past_virtual * cos_angle;
     }
     return select(vec3f(1.0), arriving / max(open_sky, vec3f(1e-20)), open_sky > vec3f(1e-6));
 }
 
-/// Share of the environment's light that real things leave to a real surface; they send their own instead.
+/// Factor on the diffuse image-based light of a virtual surface.
+fn virtual_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
+    return share_of_sky(pos_world, normal, false);
+}
+
+/// Share of the environment's light that real things leave to a real surface.
 fn real_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     if !has_casters(PHANTOM_CASTERS) {
         return vec3f(1.0);
     }
-    let phantom_light = unpack_light(weights[dome.counts.y]) * dome.params.w;
-    let bright = bright_directions();
-    var open_sky = vec3f(0.0);
-    var arriving = vec3f(0.0);
-    for (var rank = 0u; rank < dome.counts.y; rank++) {
-        let index = direction_at(rank);
-        let axes = axes_of(index);
-        let cos_angle = dot(normal, axes.direction);
-        if cos_angle <= 0.0 {
-            continue;
-        }
-        let light = unpack_light(weights[index]);
-        open_sky += light * cos_angle;
-        var past_phantoms = 1.0;
-        if rank < bright {
-            let seen = aim(index, axes, cos_angle, pos_world);
-            past_phantoms = visibility(PHANTOM_CASTERS, index, above_surface(seen, normal));
-        }
-        arriving += mix(phantom_light, light, past_phantoms) * cos_angle;
-    }
-    return select(vec3f(1.0), arriving / max(open_sky, vec3f(1e-20)), open_sky > vec3f(1e-6));
+    return share_of_sky(pos_world, normal, true);
 }

@@ -188,7 +188,7 @@ fn prepare_dome_bindings(
     };
     let is_multisampled = msaa.samples() > 1;
     let pipeline = pipelines.pipeline(textures.filter, is_multisampled, &pipeline_cache);
-    prepared.pipeline = (dome.fitted.directions > 0).then_some((pipeline, is_multisampled));
+    prepared.pipeline = (dome.fitted.direction_count() > 0).then_some((pipeline, is_multisampled));
     let made_from = Some((atlas.texture_view.id(), textures.atlas.id()));
     if prepared.bind_group.is_some() && prepared.made_from == made_from {
         return;

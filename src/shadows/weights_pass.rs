@@ -1,9 +1,11 @@
 //! Environment cube → radiance × solid angle of each direction, before all cameras.
 
 use super::{
-    DomeCoverage, FittedDome,
-    dome::{self, Cells},
+    FittedDome,
+    depth_pass::filled_buffer,
+    dome::{Cells, Directions},
     extract::ExtractedDome,
+    key_lights::KeyLight,
     textures::DomeTextures,
 };
 use crate::{MirrorballPasses, probe::CubeWrites};
@@ -28,7 +30,10 @@ use bevy::{
         texture::GpuImage,
     },
 };
-use std::ops::RangeInclusive;
+use std::{
+    f32::consts::{FRAC_PI_2, PI},
+    ops::RangeInclusive,
+};
 
 pub(super) fn build(app: &mut App) {
     embedded_asset!(app, "weights_pass.wgsl");
@@ -50,7 +55,7 @@ pub(super) fn build(app: &mut App) {
 #[derive(ShaderType, Clone, Copy)]
 struct WeightsUniform {
     cube_from_dome: Mat3,
-    counts: UVec4,
+    counts: UVec3,
     dim_share: f32,
     level: f32,
 }
@@ -75,6 +80,7 @@ fn init_weights_pipelines(mut commands: Commands, asset_server: Res<AssetServer>
                 storage_buffer_read_only_sized(false, None),
                 storage_buffer_read_only_sized(false, None),
                 storage_buffer_sized(false, None),
+                storage_buffer_read_only_sized(false, None),
             ),
         ),
     );
@@ -102,7 +108,7 @@ struct PreparedWeights {
     weighed: Option<u32>,
 }
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, PartialEq)]
 struct WeightsSources {
     view: TextureViewId,
     cube: AssetId<Image>,
@@ -110,40 +116,43 @@ struct WeightsSources {
     /// Whether the cube may be written on the GPU by passes that do not announce it.
     is_restless: bool,
     made_for: CellKey,
-    all_directions: u32,
+    keys: Vec<Vec4>,
     dim_share: f32,
 }
 
 /// Directions, and the edge of the cube by which the sphere is divided among them.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, PartialEq)]
 struct CellKey {
-    coverage: DomeCoverage,
-    directions: u32,
+    directions: Directions,
     edge: u32,
 }
 
+/// The light within this many angular radii of a key light's direction is its own, and within this many patches more, over
+/// which the cube spreads it.
+const CONE: f32 = 1.25;
+const CONE_MARGIN: f32 = 1.5;
+/// A cone that holds no direction.
+const NO_CONE: Vec4 = Vec4::new(0.0, 0.0, 0.0, 2.0);
 /// Edges of the cubes by which the sphere is divided: half that of the environment within these, so that a bilinear lookup
 /// averages four texels and none is left out.
 const CELL_EDGES: RangeInclusive<u32> = 16..=128;
 
 struct CellBuffers {
     made_for: CellKey,
-    all_directions: u32,
     patches: StorageBuffer<Vec<Vec4>>,
-    ranges: StorageBuffer<Vec<UVec2>>,
+    ranges: StorageBuffer<Vec<UVec4>>,
 }
 
 impl CellBuffers {
     fn new(made_for: CellKey, device: &RenderDevice, queue: &RenderQueue) -> Self {
-        let all = dome::all_directions(made_for.coverage, made_for.directions);
-        let cells = Cells::new(&all, made_for.edge);
+        let cells = Cells::new(&made_for.directions, made_for.edge);
         let mut patches = StorageBuffer::from(cells.patches);
         patches.set_label(Some("mirrorball_shadows_patches"));
         patches.write_buffer(device, queue);
         let mut ranges = StorageBuffer::from(cells.ranges);
         ranges.set_label(Some("mirrorball_shadows_ranges"));
         ranges.write_buffer(device, queue);
-        Self { made_for, all_directions: all.len() as u32, patches, ranges }
+        Self { made_for, patches, ranges }
     }
 }
 
@@ -158,55 +167,55 @@ fn prepare_weights(
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
 ) {
-    let FittedDome { directions, coverage, world_from_dome, dim_share, .. } = dome.fitted;
-    let sky = dome.sky.and_then(|sky| images.get(sky.cube).map(|image| (sky, image))).filter(|_| directions > 0);
+    let FittedDome { directions, keys, world_from_dome, dim_share, .. } = &dome.fitted;
+    let is_there = !directions.shadowed.is_empty();
+    let sky = dome.sky.and_then(|sky| images.get(sky.cube).map(|image| (sky, image))).filter(|_| is_there);
     let Some((sky, cube)) = sky.filter(|(_, image)| image.texture_descriptor.size.depth_or_array_layers == 6) else {
         *prepared = PreparedWeights { cells: prepared.cells.take(), ..default() };
         return;
     };
     let size = cube.texture_descriptor.size.width;
-    let made_for = CellKey { coverage, directions, edge: (size / 2).clamp(*CELL_EDGES.start(), *CELL_EDGES.end()) };
+    let edge = (size / 2).clamp(*CELL_EDGES.start(), *CELL_EDGES.end());
+    let made_for = CellKey { directions: directions.clone(), edge };
     if prepared.cells.as_ref().is_none_or(|cells| cells.made_for != made_for) {
-        prepared.cells = Some(CellBuffers::new(made_for, &device, &queue));
+        prepared.cells = Some(CellBuffers::new(made_for.clone(), &device, &queue));
     }
-    let Some(cells) = &prepared.cells else {
-        return;
+    let cone = |key: &KeyLight| {
+        let radius = CONE * key.angular_radius + CONE_MARGIN * FRAC_PI_2 / edge as f32;
+        (world_from_dome.inverse() * key.seen_in).extend(radius.min(PI).cos())
     };
-    let all_directions = cells.all_directions;
+    let keys: Vec<Vec4> = keys.iter().map(|key| key.as_ref().map_or(NO_CONE, cone)).collect();
     let made_from = Some(WeightsSources {
         view: cube.texture_view.id(),
         cube: sky.cube,
-        cube_from_dome: sky.cube_from_world * world_from_dome,
+        cube_from_dome: sky.cube_from_world * *world_from_dome,
         is_restless: cube.texture_descriptor.usage.contains(TextureUsages::STORAGE_BINDING) && !sky.is_measured,
         made_for,
-        all_directions,
-        dim_share,
+        keys: keys.clone(),
+        dim_share: *dim_share,
     });
     if prepared.bind_group.is_some() && prepared.made_from == made_from {
         return;
     }
+    let counts = UVec3::new(directions.shadowed.len() as u32, keys.len() as u32, directions.below.len() as u32);
     (prepared.bind_group, prepared.made_from, prepared.weighed) = (None, made_from, None);
     let Some(weights) = textures.and_then(|textures| buffers.get(&textures.weights)) else {
         return;
     };
-    let below = match coverage {
-        DomeCoverage::Hemisphere => UVec2::new(directions, all_directions),
-        // Spheres are numbered from below.
-        DomeCoverage::Sphere => UVec2::new(0, directions / 2),
-    };
     let mut uniform = UniformBuffer::from(WeightsUniform {
-        cube_from_dome: Mat3::from_quat(sky.cube_from_world * world_from_dome),
-        counts: UVec4::new(directions, all_directions, below.x, below.y),
-        dim_share,
-        level: (size as f32 / (2 * made_for.edge) as f32).log2().max(0.0),
+        cube_from_dome: Mat3::from_quat(sky.cube_from_world * *world_from_dome),
+        counts,
+        dim_share: *dim_share,
+        level: (size as f32 / (2 * edge) as f32).log2().max(0.0),
     });
     uniform.set_label(Some("mirrorball_shadows_weights_uniform"));
     uniform.write_buffer(&device, &queue);
+    let keys = filled_buffer("mirrorball_shadows_keys", keys, NO_CONE, &device, &queue);
     let Some(cells) = &prepared.cells else {
         return;
     };
-    let (Some(uniform), Some(patches), Some(ranges)) =
-        (uniform.binding(), cells.patches.binding(), cells.ranges.binding())
+    let (Some(uniform), Some(patches), Some(ranges), Some(keys)) =
+        (uniform.binding(), cells.patches.binding(), cells.ranges.binding(), keys.binding())
     else {
         return;
     };
@@ -220,6 +229,7 @@ fn prepare_weights(
             patches,
             ranges,
             weights.buffer.as_entire_binding(),
+            keys,
         )),
     );
     prepared.bind_group = Some(bind_group);
@@ -232,7 +242,7 @@ fn weights_pass(
     pipeline_cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let (Some(pipelines), Some(bind_group), Some(sources)) = (pipelines, &prepared.bind_group, prepared.made_from)
+    let (Some(pipelines), Some(bind_group), Some(sources)) = (pipelines, &prepared.bind_group, &prepared.made_from)
     else {
         return;
     };
@@ -256,7 +266,7 @@ fn weights_pass(
     let span = diagnostics.pass_span(&mut pass, "mirrorball_shadows_weights");
     pass.set_bind_group(0, bind_group, &[]);
     pass.set_pipeline(weigh);
-    pass.dispatch_workgroups(sources.all_directions, 1, 1);
+    pass.dispatch_workgroups((sources.made_for.directions.all().count() + sources.keys.len()) as u32, 1, 1);
     pass.set_pipeline(average);
     pass.dispatch_workgroups(1, 1, 1);
     pass.set_pipeline(rank);

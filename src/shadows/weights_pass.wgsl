@@ -1,12 +1,12 @@
 // Environment cube → radiance × solid angle of each direction of the dome.
 
-#import bevy_mirrorball::shadows::dome::{DomeWeight, pack_light, unpack_light}
+#import bevy_mirrorball::shadows::dome::{DomeWeight, pack_light, unpack_light, unpack_solid_angle}
 
 /// Mirror of `WeightsUniform` in weights_pass.rs.
 struct Weights {
     cube_from_dome: mat3x3f,
-    /// Directions with shadow maps, all directions, the first below the horizon and one past the last.
-    counts: vec4u,
+    /// Directions with shadow maps, key lights, other directions.
+    counts: vec3u,
     /// Share of the light of the directions with shadow maps whose dimmest ones are left out.
     dim_share: f32,
     /// Mip level of the cube to look at.
@@ -18,13 +18,17 @@ struct Weights {
 @group(0) @binding(2) var<uniform> uniforms: Weights;
 /// Directions (dome frame) and solid angles of small patches of the sphere, those of one direction together.
 @group(0) @binding(3) var<storage, read> patches: array<vec4f>;
-@group(0) @binding(4) var<storage, read> ranges: array<vec2u>;
+/// The first patch of each direction and one past the last; z: 1 for what is below the horizon.
+@group(0) @binding(4) var<storage, read> ranges: array<vec4u>;
+/// With those of directions with shadow maps first, then those of key lights.
 @group(0) @binding(5) var<storage, read_write> weights: array<DomeWeight>;
+/// Directions of key lights (dome frame) and cosines of the angles around them that are theirs.
+@group(0) @binding(6) var<storage, read> keys: array<vec4f>;
 
 const THREADS: u32 = 64u;
-var<workgroup> partial: array<vec3f, THREADS>;
+var<workgroup> partial: array<vec4f, THREADS>;
 
-fn sum_of_all_threads(thread: u32) -> vec3f {
+fn sum_of_all_threads(thread: u32) -> vec4f {
     for (var stride = THREADS / 2u; stride > 0u; stride /= 2u) {
         workgroupBarrier();
         if thread < stride {
@@ -35,33 +39,65 @@ fn sum_of_all_threads(thread: u32) -> vec3f {
     return partial[0];
 }
 
-/// One workgroup per direction.
-@compute @workgroup_size(THREADS)
-fn weigh_cells(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
-    let range = ranges[group.x];
-    var sum = vec3f(0.0);
-    for (var i = range.x + thread; i < range.y; i += THREADS) {
-        let dir = uniforms.cube_from_dome * patches[i].xyz;
-        sum += textureSampleLevel(cube, cube_sampler, dir * vec3f(1.0, 1.0, -1.0), uniforms.level).rgb * patches[i].w;
+/// The key light to which a direction belongs, or how many there are.
+fn key_of(dir: vec3f) -> u32 {
+    for (var key = 0u; key < uniforms.counts.y; key++) {
+        if dot(keys[key].xyz, dir) > keys[key].w {
+            return key;
+        }
+    }
+    return uniforms.counts.y;
+}
+
+/// Of some patches those that belong to a key light, or to none: radiance × solid angle, and solid angle.
+fn weigh(first: u32, end: u32, key: u32, thread: u32) -> vec4f {
+    var sum = vec4f(0.0);
+    for (var i = first + thread; i < end; i += THREADS) {
+        let place = patches[i];
+        if key_of(place.xyz) == key {
+            let dir = uniforms.cube_from_dome * place.xyz;
+            let radiance = textureSampleLevel(cube, cube_sampler, dir * vec3f(1.0, 1.0, -1.0), uniforms.level).rgb;
+            sum += vec4f(radiance, 1.0) * place.w;
+        }
     }
     partial[thread] = sum;
-    let total = sum_of_all_threads(thread);
+    return sum_of_all_threads(thread);
+}
+
+/// One workgroup per direction, then one per key light, which has its light from whatever directions it is in.
+@compute @workgroup_size(THREADS)
+fn weigh_cells(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+    let spread = uniforms.counts.x + uniforms.counts.z;
+    var first = 0u;
+    var end = arrayLength(&patches);
+    var key = group.x - spread;
+    var index = uniforms.counts.x + key;
+    if group.x < spread {
+        let range = ranges[group.x];
+        first = range.x;
+        end = range.y;
+        key = uniforms.counts.y;
+        index = select(group.x + uniforms.counts.y, group.x, group.x < uniforms.counts.x);
+    }
+    let total = weigh(first, end, key, thread);
     if thread == 0u {
-        weights[group.x] = pack_light(total, 0u);
+        weights[index] = pack_light(total.rgb, total.w, 0u);
     }
 }
 
 /// One workgroup: the mean radiance below the horizon, behind the last direction.
 @compute @workgroup_size(THREADS)
 fn average_below(@builtin(local_invocation_index) thread: u32) {
-    var sum = vec3f(0.0);
-    for (var i = uniforms.counts.z + thread; i < uniforms.counts.w; i += THREADS) {
-        sum += unpack_light(weights[i]);
+    let count = uniforms.counts.x + uniforms.counts.z;
+    var sum = vec4f(0.0);
+    for (var i = thread; i < count; i += THREADS) {
+        let weight = weights[select(i + uniforms.counts.y, i, i < uniforms.counts.x)];
+        sum += vec4f(unpack_light(weight), unpack_solid_angle(weight)) * f32(ranges[i].z);
     }
     partial[thread] = sum;
     let total = sum_of_all_threads(thread);
     if thread == 0u {
-        weights[uniforms.counts.y] = pack_light(total / 6.28318530718, 0u);
+        weights[count + uniforms.counts.y] = pack_light(total.rgb / max(total.w, 1e-6), 0.0, 0u);
     }
 }
 
@@ -72,7 +108,7 @@ fn luminance(index: u32) -> f32 {
 /// One workgroup: which directions with shadow maps come first by what they give, and how many are worth a look.
 @compute @workgroup_size(THREADS)
 fn rank_directions(@builtin(local_invocation_index) thread: u32) {
-    let count = uniforms.counts.x;
+    let count = uniforms.counts.x + uniforms.counts.y;
     var bright = 0.0;
     for (var i = thread; i < count; i += THREADS) {
         let own = luminance(i);
@@ -90,9 +126,9 @@ fn rank_directions(@builtin(local_invocation_index) thread: u32) {
         // The dimmest together give the dim share; a direction is one of them if it and all after it are within.
         bright += f32(total - brighter > uniforms.dim_share * total);
     }
-    partial[thread] = vec3f(bright);
+    partial[thread] = vec4f(bright);
     let all_bright = sum_of_all_threads(thread);
     if thread == 0u {
-        weights[uniforms.counts.y].ranked = u32(all_bright.x);
+        weights[count + uniforms.counts.z].ranked = u32(all_bright.x);
     }
 }

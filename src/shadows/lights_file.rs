@@ -1,0 +1,287 @@
+//! Directions of a dome from a file (row G1 of the sources): text that names lights, where they are and what they look at.
+
+use super::{
+    DomeCoverage, ShadowDomeLight,
+    dome::Directions,
+    view::{Lens, LightView},
+};
+use bevy::{
+    asset::{AssetLoader, LoadContext, io::Reader},
+    prelude::*,
+};
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// Lights of a file that ends in `.lights.ron`, an asset.
+///
+/// ```ron
+/// (lights: [
+///     (id: "window", kind: Directional, position: (-1.0, 1.2, 0.4), look_at: (0.0, 0.0, 0.0)),
+///     (id: "lamp", kind: Spot, position: (0.3, 0.6, 0.1), look_at: (0.0, 0.0, 0.0),
+///      field_of_view: 60.0, aspect: 1.0, near: 0.05, far: 2.0),
+/// ])
+/// ```
+///
+/// ```
+/// use bevy_mirrorball::shadows::LightsFile;
+///
+/// let text = r#"(lights: [(id: "sun", kind: Directional, position: (1.0, 2.0, 0.0), look_at: (0.0, 0.0, 0.0))])"#;
+/// let file = LightsFile::parse(text)?;
+/// assert_eq!(file.lights[0].id, "sun");
+/// # Ok::<(), bevy_mirrorball::shadows::LightsFileError>(())
+/// ```
+#[derive(Asset, TypePath, Deserialize, Clone, Debug, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct LightsFile {
+    /// 1…1024 of them; their order does not matter.
+    pub lights: Vec<FileLight>,
+}
+
+/// One light of a [`LightsFile`]. Places are metres in the dome's frame.
+#[derive(Deserialize, Clone, Debug, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct FileLight {
+    /// Its name, for errors; each only once.
+    pub id: String,
+    /// How it shines.
+    pub kind: FileLightKind,
+    /// Where it is; of a directional light only the direction from `look_at` counts.
+    pub position: Vec3,
+    /// What it is aimed at; elsewhere than `position`.
+    pub look_at: Vec3,
+    /// Vertical field of view of a spot's shadow map in degrees, 1…170. Defaults to 60.
+    #[serde(default = "default_field_of_view")]
+    pub field_of_view: f32,
+    /// Width ÷ height of a spot's picture, 0.1…10. Defaults to 1.
+    #[serde(default = "default_aspect")]
+    pub aspect: f32,
+    /// Where a spot begins to see, in metres in front of it, above 0. Defaults to 0.05.
+    #[serde(default = "default_near")]
+    pub near: f32,
+    /// Where a spot ceases to see, in metres, above `near`. Defaults to 10.
+    #[serde(default = "default_far")]
+    pub far: f32,
+}
+
+fn default_field_of_view() -> f32 {
+    60.0
+}
+
+fn default_aspect() -> f32 {
+    1.0
+}
+
+fn default_near() -> f32 {
+    0.05
+}
+
+fn default_far() -> f32 {
+    10.0
+}
+
+/// How a light of a [`LightsFile`] shines.
+#[derive(Deserialize, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileLightKind {
+    /// Its rays are parallel.
+    Directional,
+    /// Its rays spread from a place; nothing casts shadows outside its field of view.
+    Spot,
+}
+
+/// What is wrong with a [`LightsFile`].
+#[derive(thiserror::Error, Debug)]
+pub enum LightsFileError {
+    /// It cannot be read.
+    #[error("cannot be read: {0}")]
+    Unreadable(#[from] std::io::Error),
+    /// It is not what the format asks for.
+    #[error("line {}, column {}: {}; see LightsFile for an example", .0.span.start.line, .0.span.start.col, .0.code)]
+    Syntax(#[from] ron::error::SpannedError),
+    /// Too few lights or too many.
+    #[error("has {0} lights; write 1 to {most}", most = ShadowDomeLight::MAX_DIRECTIONS)]
+    Count(usize),
+    /// Two lights have one name.
+    #[error("there are two lights with the id {0:?}; rename one")]
+    SameId(String),
+    /// A field of a light has a value that is not accepted.
+    #[error("light {id:?}: {field} is {value}; write {remedy}")]
+    Field {
+        /// The light's name.
+        id: String,
+        /// The field.
+        field: &'static str,
+        /// Its value.
+        value: String,
+        /// What is accepted.
+        remedy: &'static str,
+    },
+}
+
+impl LightsFile {
+    /// Reads the text of a file.
+    pub fn parse(text: &str) -> Result<Self, LightsFileError> {
+        let file: Self = ron::from_str(text)?;
+        if !(1..=ShadowDomeLight::MAX_DIRECTIONS as usize).contains(&file.lights.len()) {
+            return Err(LightsFileError::Count(file.lights.len()));
+        }
+        for (i, light) in file.lights.iter().enumerate() {
+            if file.lights[..i].iter().any(|other| other.id == light.id) {
+                return Err(LightsFileError::SameId(light.id.clone()));
+            }
+            light.check()?;
+        }
+        Ok(file)
+    }
+
+    /// The views of a dome with these lights, in the world, and its directions.
+    pub(super) fn views(&self, coverage: DomeCoverage, world_from_dome: &GlobalTransform) -> FileViews {
+        let (_, rotation, _) = world_from_dome.to_scale_rotation_translation();
+        let views: Arc<[LightView]> = self.lights.iter().map(|light| light.view(world_from_dome)).collect();
+        let directions = views.iter().map(|view| rotation.inverse() * view.direction).collect();
+        FileViews { directions: Directions::given(coverage, directions), views }
+    }
+}
+
+/// A dome's directions and views as a file has them.
+pub(super) struct FileViews {
+    pub(super) directions: Directions,
+    pub(super) views: Arc<[LightView]>,
+}
+
+impl FileLight {
+    fn check(&self) -> Result<(), LightsFileError> {
+        let complain =
+            |field, value: String, remedy| Err(LightsFileError::Field { id: self.id.clone(), field, value, remedy });
+        let is_within = |value: f32, low: f32, high: f32| value.is_finite() && (low..=high).contains(&value);
+        if !self.position.is_finite() {
+            return complain("position", self.position.to_string(), "three numbers in metres");
+        }
+        if !self.look_at.is_finite() || self.look_at.distance(self.position) < 1e-6 {
+            return complain("look_at", self.look_at.to_string(), "a place other than the position");
+        }
+        if !is_within(self.field_of_view, 1.0, 170.0) {
+            return complain("field_of_view", self.field_of_view.to_string(), "1 to 170 degrees");
+        }
+        if !is_within(self.aspect, 0.1, 10.0) {
+            return complain("aspect", self.aspect.to_string(), "width ÷ height from 0.1 to 10");
+        }
+        if !(self.near.is_finite() && self.near > 0.0) {
+            return complain("near", self.near.to_string(), "metres above 0");
+        }
+        if !(self.far.is_finite() && self.far > self.near) {
+            return complain("far", self.far.to_string(), "metres above near");
+        }
+        Ok(())
+    }
+
+    fn view(&self, world_from_dome: &GlobalTransform) -> LightView {
+        let position = world_from_dome.transform_point(self.position);
+        let direction = (position - world_from_dome.transform_point(self.look_at)).normalize_or(Vec3::Y);
+        let lens = (self.kind == FileLightKind::Spot).then(|| {
+            let half_height = (0.5 * self.field_of_view.to_radians()).tan();
+            Lens {
+                position,
+                up: *world_from_dome.up(),
+                half_size: Vec2::new(half_height * self.aspect, half_height),
+                near: self.near,
+                far: self.far,
+                measured_at: 0.0,
+            }
+        });
+        LightView { direction, lens, spread: 0.0 }
+    }
+}
+
+/// Takes the directions of a [`ShadowDomeLight`] from a file; its `directions` do not count then.
+///
+/// Each light stands for the part of the sky that is nearer to its direction than to any other's, colored by the environment
+/// map. Until the file has loaded, and when it cannot be read (an error in the log), directions are spread evenly.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::{prelude::*, shadows::DomeLights};
+/// fn setup(mut commands: Commands, assets: Res<AssetServer>) {
+///     commands.spawn((ShadowDomeLight::default(), DomeLights(assets.load("desk.lights.ron"))));
+/// }
+/// ```
+#[derive(Component, Reflect, Clone, Debug, PartialEq)]
+#[reflect(Component, Debug, Clone, PartialEq)]
+pub struct DomeLights(pub Handle<LightsFile>);
+
+#[derive(Default, TypePath)]
+pub(super) struct LightsFileLoader;
+
+impl AssetLoader for LightsFileLoader {
+    type Asset = LightsFile;
+    type Settings = ();
+    type Error = LightsFileError;
+
+    async fn load(
+        &self,
+        reader: &mut dyn Reader,
+        _settings: &(),
+        _context: &mut LoadContext<'_>,
+    ) -> Result<LightsFile, LightsFileError> {
+        let mut text = String::new();
+        let mut bytes = Vec::new();
+        reader.read_to_end(&mut bytes).await?;
+        text.push_str(&String::from_utf8_lossy(&bytes));
+        LightsFile::parse(&text)
+    }
+
+    fn extensions(&self) -> &[&str] {
+        &["lights.ron"]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAMP: &str = r#"(id: "lamp", kind: Spot, position: (0.0, 1.0, 0.0), look_at: (0.0, 0.0, 0.0))"#;
+
+    fn complaint(lights: &str) -> String {
+        LightsFile::parse(&format!("(lights: [{lights}])")).expect_err("has a mistake").to_string()
+    }
+
+    #[test]
+    fn mistakes_are_named_with_light_field_and_remedy() {
+        assert_eq!(complaint(""), "has 0 lights; write 1 to 1024");
+        assert_eq!(complaint(&format!("{LAMP}, {LAMP}")), r#"there are two lights with the id "lamp"; rename one"#);
+        for (from, to, expected) in [
+            (
+                "(0.0, 0.0, 0.0)",
+                "(0.0, 1.0, 0.0)",
+                r#"light "lamp": look_at is [0, 1, 0]; write a place other than the position"#,
+            ),
+            ("(0.0, 0.0, 0.0)", "(0.0, 0.0, 0.0), near: 0.0", r#"light "lamp": near is 0; write metres above 0"#),
+            ("(0.0, 0.0, 0.0)", "(0.0, 0.0, 0.0), far: 0.01", r#"light "lamp": far is 0.01; write metres above near"#),
+            (
+                "(0.0, 0.0, 0.0)",
+                "(0.0, 0.0, 0.0), aspect: 0.0",
+                r#"light "lamp": aspect is 0; write width ÷ height from 0.1 to 10"#,
+            ),
+            (
+                "(0.0, 0.0, 0.0)",
+                "(0.0, 0.0, 0.0), field_of_view: 180.0",
+                r#"light "lamp": field_of_view is 180; write 1 to 170 degrees"#,
+            ),
+        ] {
+            assert_eq!(complaint(&LAMP.replace(from, to)), expected);
+        }
+        let unknown = complaint(&LAMP.replace("position", "place"));
+        assert!(unknown.starts_with("line 1, column ") && unknown.contains("place"), "{unknown}");
+    }
+
+    #[test]
+    fn lights_turn_and_move_with_the_dome() {
+        let file = LightsFile::parse(&format!("(lights: [{LAMP}])")).expect("valid");
+        let dome = Transform::from_xyz(1.0, 0.0, 0.0).with_rotation(Quat::from_rotation_z(-0.5 * std::f32::consts::PI));
+        let found = file.views(DomeCoverage::Sphere, &dome.into());
+        let lens = found.views[0].lens.expect("a spot");
+        assert!(found.views[0].direction.distance(Vec3::X) < 1e-6);
+        assert!(lens.position.distance(Vec3::new(2.0, 0.0, 0.0)) < 1e-6);
+        assert!(found.directions.shadowed[0].distance(Vec3::Y) < 1e-6);
+        assert_eq!(found.directions.below.len(), 0);
+    }
+}

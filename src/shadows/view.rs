@@ -1,0 +1,223 @@
+//! From where shadow maps look.
+
+use super::dome::BoundingSphere;
+use bevy::{prelude::*, render::render_resource::ShaderType};
+
+/// The view of a shadow map, in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LightView {
+    /// Towards the light, unit vector.
+    pub direction: Vec3,
+    /// Of a light that is not far away.
+    pub lens: Option<Lens>,
+    /// Tangent of the light's angular radius as seen from the casters; 0 for a point.
+    pub spread: f32,
+}
+
+/// A view in perspective.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lens {
+    pub position: Vec3,
+    /// Where the top of the picture is, at a right angle to the view's direction; of any length.
+    pub up: Vec3,
+    /// Half the width and height of the picture, one metre away.
+    pub half_size: Vec2,
+    /// Metres in front of the position between which casters are seen.
+    pub near: f32,
+    pub far: f32,
+    /// How far away from the position the light was measured, in metres: it falls off from there with the square of the
+    /// distance. 0 for light that is the same everywhere.
+    pub measured_at: f32,
+}
+
+/// The nearest that casters of a near light are looked for, as a share of the farthest.
+const LEAST_NEAR: f32 = 0.02;
+/// A light nearer to the center of the casters than this, in radii of their sphere, is taken as far away: one picture cannot
+/// see them all.
+const LEAST_DISTANCE: f32 = 1.2;
+
+impl LightView {
+    /// Of parallel light.
+    pub(super) fn parallel(direction: Vec3, spread: f32) -> Self {
+        Self { direction, lens: None, spread }
+    }
+
+    /// Of a lamp at a position, seen with an angular radius from a place where its light was measured. It looks at the
+    /// casters.
+    pub(super) fn near(
+        position: Vec3,
+        spread: f32,
+        measured_from: Vec3,
+        casters: Option<BoundingSphere>,
+    ) -> Option<Self> {
+        let casters = casters?;
+        let (direction, distance) = (position - casters.center).normalize_and_length();
+        let radius = 1.05 * casters.radius;
+        if !distance.is_finite() || distance < LEAST_DISTANCE * radius {
+            return None;
+        }
+        let far = distance + radius;
+        let lens = Lens {
+            position,
+            up: direction.any_orthonormal_vector(),
+            half_size: Vec2::splat((radius / distance).asin().tan()),
+            near: (distance - radius).max(LEAST_NEAR * far),
+            far,
+            measured_at: position.distance(measured_from),
+        };
+        Some(Self { direction, lens: Some(lens), spread })
+    }
+}
+
+/// Mirror of `DomeView` in dome.wgsl.
+#[derive(ShaderType, Clone, Copy, Debug, PartialEq)]
+pub(super) struct ViewUniform {
+    axes_low: u32,
+    axes_mid: u32,
+    axes_high: u32,
+    scale: f32,
+    center: Vec3,
+    corners: u32,
+    depth: Vec2,
+    spread: f32,
+    measured_at: f32,
+}
+
+/// So far away is the center of a view that sees no place.
+const NOWHERE: Vec3 = Vec3::splat(1e12);
+
+impl ViewUniform {
+    /// A view that sees no place.
+    pub(super) fn blank(direction: Vec3) -> Self {
+        Self::orthographic(direction, NOWHERE, 1.0)
+    }
+
+    /// What a view shows of a sphere around all casters, in a tile of a resolution with a share of its half width left free.
+    pub(super) fn new(view: &LightView, sphere: BoundingSphere, gutter: f32, resolution: f32) -> Self {
+        match view.lens {
+            None => {
+                let half_width = sphere.radius * (1.0 + gutter);
+                // Whole texels, so that what does not move is drawn alike from every sphere of this size.
+                let texel = 2.0 * half_width / resolution;
+                let to_texel =
+                    |axis: Vec3| axis * ((axis.dot(sphere.center) / texel).round() * texel - axis.dot(sphere.center));
+                let (right, up) = axes(view.direction);
+                let center = sphere.center + to_texel(right) + to_texel(up);
+                Self { spread: view.spread, ..Self::orthographic(view.direction, center, 1.0 / half_width) }
+            }
+            Some(lens) => {
+                let up = lens.up.reject_from_normalized(view.direction).normalize_or(axes(view.direction).1);
+                let right = up.cross(view.direction);
+                let half_size = lens.half_size * (1.0 + gutter);
+                let widest = half_size.min_element();
+                // The shorter side has the whole scale; axes along the longer one are shorter instead.
+                let shrunk = Vec2::splat(widest) / half_size;
+                let inverse_depth = (1.0 / lens.near - 1.0 / lens.far).max(f32::MIN_POSITIVE);
+                let lamp_radius = view.spread * lens.measured_at;
+                Self {
+                    center: lens.position,
+                    depth: Vec2::new(1.0 / inverse_depth, -1.0 / (lens.far * inverse_depth)),
+                    // Penumbras in tile widths per unit of depth; see percentage_closer_soft_shadow in visibility.wgsl.
+                    spread: 0.5 * lamp_radius / widest * inverse_depth,
+                    measured_at: lens.measured_at,
+                    ..Self::with_axes(right * shrunk.x, up * shrunk.y, -1.0 / widest)
+                }
+            }
+        }
+    }
+
+    /// With the corners of its two tiles in the atlas.
+    pub(super) fn at(self, corners: [UVec2; 2]) -> Self {
+        let [virtuals, phantoms] = corners;
+        Self { corners: virtuals.x | virtuals.y << 8 | phantoms.x << 16 | phantoms.y << 24, ..self }
+    }
+
+    fn orthographic(direction: Vec3, center: Vec3, scale: f32) -> Self {
+        let (right, up) = axes(direction);
+        Self { center, ..Self::with_axes(right, up, scale) }
+    }
+
+    fn with_axes(right: Vec3, up: Vec3, scale: f32) -> Self {
+        Self {
+            axes_low: snorms(right.x, right.y),
+            axes_mid: snorms(right.z, up.x),
+            axes_high: snorms(up.y, up.z),
+            scale,
+            center: NOWHERE,
+            corners: 0,
+            depth: Vec2::ZERO,
+            spread: 0.0,
+            measured_at: 0.0,
+        }
+    }
+}
+
+/// Two unit vectors whose cross product is a direction.
+fn axes(direction: Vec3) -> (Vec3, Vec3) {
+    let (right, up) = direction.any_orthonormal_pair();
+    if right.cross(up).dot(direction) > 0.0 { (right, up) } else { (up, right) }
+}
+
+/// Two signed fractions of 16 bits, as `unpack2x16snorm` reads them.
+fn snorms(low: f32, high: f32) -> u32 {
+    let snorm = |value: f32| u32::from((value.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
+    snorm(low) | snorm(high) << 16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `project` of dome.wgsl.
+    fn project(view: &ViewUniform, place: Vec3) -> Vec3 {
+        let part =
+            |word: u32, high: bool| f32::from(((word >> if high { 16 } else { 0 }) & 0xffff) as u16 as i16) / 32767.0;
+        let right = Vec3::new(part(view.axes_low, false), part(view.axes_low, true), part(view.axes_mid, false));
+        let up = Vec3::new(part(view.axes_mid, true), part(view.axes_high, false), part(view.axes_high, true));
+        let direction = right.cross(up).normalize();
+        let offset = place - view.center;
+        let across = Vec2::new(right.dot(offset), up.dot(offset)) * view.scale.abs();
+        if view.scale > 0.0 {
+            return across.extend(0.5 + 0.5 * direction.dot(offset) * view.scale);
+        }
+        let distance = -direction.dot(offset);
+        (across / distance).extend(view.depth.x / distance + view.depth.y)
+    }
+
+    #[test]
+    fn a_spot_sees_its_picture_between_near_and_far() {
+        let (position, target) = (Vec3::new(0.3, 1.0, -0.2), Vec3::new(0.1, 0.0, 0.4));
+        let direction = (position - target).normalize();
+        for half_size in [Vec2::new(0.5, 0.25), Vec2::new(0.3, 0.6), Vec2::splat(0.4)] {
+            let lens = Lens { position, up: Vec3::Y, half_size, near: 0.2, far: 3.0, measured_at: 0.0 };
+            let view = LightView { direction, lens: Some(lens), spread: 0.0 };
+            let sphere = BoundingSphere { center: target, radius: 1.0 };
+            let uniform = ViewUniform::new(&view, sphere, 0.0, 256.0);
+            let up = Vec3::Y.reject_from_normalized(direction).normalize();
+            let right = up.cross(direction);
+            for (distance, depth) in [(0.2, 1.0), (3.0, 0.0)] {
+                let corner = position + distance * (half_size.x * right + half_size.y * up - direction);
+                let expected = Vec3::new(1.0, 1.0, depth);
+                let found = project(&uniform, corner);
+                assert!(found.distance(expected) < 2e-3, "{half_size} {distance}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_near_lamp_sees_all_casters_and_one_among_them_none() {
+        let sphere = BoundingSphere { center: Vec3::new(0.2, 0.1, 0.0), radius: 0.5 };
+        let position = Vec3::new(0.7, 1.2, 0.4);
+        let view = LightView::near(position, 0.1, Vec3::ZERO, Some(sphere)).expect("far enough");
+        let uniform = ViewUniform::new(&view, sphere, 0.05, 512.0);
+        for i in 0..200 {
+            let angle = 2.4 * i as f32;
+            let height = i as f32 / 99.5 - 1.0;
+            let across = (1.0 - height * height).max(0.0).sqrt();
+            let on_sphere = Vec3::new(across * angle.cos(), height, across * angle.sin());
+            let seen = project(&uniform, sphere.center + sphere.radius * on_sphere);
+            assert!(seen.xy().abs().max_element() <= 1.0 && (0.0..=1.0).contains(&seen.z), "{seen}");
+        }
+        assert_eq!(LightView::near(sphere.center, 0.1, Vec3::ZERO, Some(sphere)), None);
+    }
+}
