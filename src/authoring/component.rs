@@ -7,7 +7,7 @@ use super::{
 use crate::{
     materials::{SurfaceStyle, ToonStyle},
     probe::{BallSurface, LightProbeSphere},
-    shadows::ShadowDomeLight,
+    shadows::{DomeCoverage, ShadowDomeLight, ShadowFilter, VisibilitySamples},
     stage::PhantomObject,
     tracking::{MarkerAnchor, WorldOrigin},
 };
@@ -152,17 +152,45 @@ impl FromExtras for PhantomObject {
     }
 }
 
+/// The name of one of several values, as Rust writes it.
+fn choice<T: Copy>(fields: &mut Fields, name: &'static str, words: &'static [&'static str], values: &[T]) -> Option<T> {
+    let word = fields.optional(name, Word(words))?;
+    words.iter().position(|known| *known == word).and_then(|place| values.get(place).copied())
+}
+
 impl FromExtras for ShadowDomeLight {
-    const EXAMPLE: &'static str = r#"{"directions": 64, "resolution": 256}"#;
+    const EXAMPLE: &'static str = r#"{"directions": 64, "resolution": 256, "filter": "Gauss"}"#;
 
     fn from_fields(fields: &mut Fields) -> Option<Self> {
+        use {DomeCoverage as Coverage, ShadowFilter as Filter, VisibilitySamples as Samples};
         let default = Self::default();
+        let all = Whole { least: 1, most: Self::MAX_DIRECTIONS };
+        let coverages = [Coverage::Hemisphere, Coverage::Sphere];
+        let samples = [Samples::Half, Samples::Full, Samples::Fragment];
+        let soft = Filter::Pcss { angular_radius: 0.1 };
+        let filters =
+            [Filter::Nearest, Filter::Bilinear, Filter::Gauss, Filter::Pcf9, Filter::Pcf25, Filter::Pcf49, soft];
+        let filter_names = &["Nearest", "Bilinear", "Gauss", "Pcf9", "Pcf25", "Pcf49", "Pcss"];
+        let mut filter = choice(fields, "filter", filter_names, &filters).unwrap_or(default.filter);
+        if let (Filter::Pcss { angular_radius }, Some(given)) =
+            (&mut filter, fields.optional("angular_radius", Positive::RADIANS))
+        {
+            *angular_radius = given;
+        }
         Some(Self {
-            directions: fields
-                .optional("directions", Whole { least: 1, most: Self::MAX_DIRECTIONS })
-                .unwrap_or(default.directions),
+            directions: fields.optional("directions", all).unwrap_or(default.directions),
+            coverage: choice(fields, "coverage", &["Hemisphere", "Sphere"], &coverages).unwrap_or(default.coverage),
+            key_lights: fields
+                .optional("key_lights", Whole { least: 0, most: Self::MAX_KEY_LIGHTS })
+                .unwrap_or(default.key_lights),
             resolution: fields.optional("resolution", Whole { least: 32, most: 1024 }).unwrap_or(default.resolution),
-            ..default
+            filter,
+            samples: choice(fields, "samples", &["Half", "Full", "Fragment"], &samples).unwrap_or(default.samples),
+            refreshed_per_frame: fields
+                .optional("refreshed_per_frame", Whole { least: 1, most: Self::MAX_DIRECTIONS })
+                .unwrap_or(default.refreshed_per_frame),
+            dim_share: fields.optional("dim_share", Positive::SHARE).unwrap_or(default.dim_share),
+            occludes_reflections: fields.optional("occludes_reflections", Flag).unwrap_or(default.occludes_reflections),
         })
     }
 }

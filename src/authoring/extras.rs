@@ -77,7 +77,7 @@ mod tests {
     use super::*;
     use crate::{
         probe::LightProbeSphere,
-        shadows::ShadowDomeLight,
+        shadows::{DomeCoverage, ShadowDomeLight, ShadowFilter, VisibilitySamples},
         stage::PhantomObject,
         tracking::{MarkerAnchor, WorldOrigin},
     };
@@ -219,6 +219,28 @@ mod tests {
             "{problems:?}"
         );
         assert!(matches!(parsed.into_result(), Err(AuthoringError::Extras(errors)) if errors.len() == 3));
+    }
+
+    #[test]
+    fn domes_are_read_with_all_their_fields() {
+        let json = r#"{"ShadowDomeLight": {"directions": 128, "coverage": "Sphere", "key_lights": 3, "resolution": 64,
+            "filter": "Pcss", "angular_radius": 0.2, "samples": "Full", "refreshed_per_frame": 32, "dim_share": 0.01,
+            "occludes_reflections": true}}"#;
+        let expected = ShadowDomeLight {
+            directions: 128,
+            coverage: DomeCoverage::Sphere,
+            key_lights: 3,
+            resolution: 64,
+            filter: ShadowFilter::Pcss { angular_radius: 0.2 },
+            samples: VisibilitySamples::Full,
+            refreshed_per_frame: 32,
+            dim_share: 0.01,
+            occludes_reflections: true,
+        };
+        let found = parse(json).into_result().expect("no mistake");
+        assert_eq!(found, [AuthoredComponent::ShadowDomeLight(expected)]);
+        let complaint = complaint(r#"{"ShadowDomeLight": {"filter": "Soft"}}"#);
+        assert!(complaint.contains("filter is \"Soft\"") && complaint.contains("\"Pcf49\""), "{complaint}");
     }
 
     #[test]

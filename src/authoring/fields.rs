@@ -71,6 +71,8 @@ pub(super) struct Positive {
 impl Positive {
     /// A length in metres.
     pub(super) const METRES: Self = Self { most: f32::MAX, unit: Some("metres") };
+    /// An angle below a right one.
+    pub(super) const RADIANS: Self = Self { most: 1.5, unit: Some("radians") };
     /// A part of a whole.
     pub(super) const SHARE: Self = Self { most: 1.0, unit: None };
 }
