@@ -12,6 +12,7 @@ use bevy::{
 use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass, egui};
 use bevy_mirrorball::{
     environment::{EnvironmentPlugin, EquirectPixels, LiveEnvironment, Refresh, equirect_direction},
+    lighting::RealLight,
     materials::MaterialsPlugin,
     offscreen,
     probe::EnvironmentCube,
@@ -86,6 +87,7 @@ impl Options {
                 Long("directions") => options.dome.directions = parser.value()?.parse()?,
                 Long("resolution") => options.dome.resolution = parser.value()?.parse()?,
                 Long("refreshed") => options.dome.refreshed_per_frame = parser.value()?.parse()?,
+                Long("key-lights") => options.dome.key_lights = parser.value()?.parse()?,
                 Long("filter") => options.dome.filter = named(&FILTERS, "filter", &parser.value()?.string()?)?,
                 Long("samples") => options.dome.samples = named(&SAMPLES, "samples", &parser.value()?.string()?)?,
                 Long("coverage") => options.dome.coverage = named(&COVERAGES, "coverage", &parser.value()?.string()?)?,
@@ -114,6 +116,14 @@ struct Lab {
 impl Default for Lab {
     fn default() -> Self {
         Self { azimuth: 5.9, elevation: 0.8, radius: 0.1, strength: 3.0, time: 0.0, speed: 1.0 }
+    }
+}
+
+impl Lab {
+    /// Towards the lamp.
+    fn direction(&self) -> Vec3 {
+        let (sin, cos) = self.elevation.sin_cos();
+        Vec3::new(cos * self.azimuth.cos(), sin, cos * self.azimuth.sin())
     }
 }
 
@@ -255,7 +265,7 @@ fn light_up(
     lab: Res<Lab>,
     mut images: ResMut<Assets<Image>>,
     cameras: Query<Entity, With<Camera3d>>,
-    cubes: Query<Entity, With<EnvironmentCube>>,
+    old: Query<Entity, Or<(With<EnvironmentCube>, With<RealLight>)>>,
     mut painted: Local<Option<Lab>>,
 ) {
     let lamp = Lab { time: 0.0, speed: 0.0, ..lab.clone() };
@@ -266,17 +276,26 @@ fn light_up(
         return;
     }
     let cube = images.add(sky(&lamp).to_cube(EnvironmentCube::SIZE, Quat::IDENTITY).to_image());
-    for old in &cubes {
+    for old in &old {
         commands.entity(old).despawn();
     }
     commands.spawn(EnvironmentCube(cube.clone()));
+    // What the plugin for lighting would find in a measured map.
+    commands.spawn(RealLight {
+        id: 0,
+        direction: lamp.direction(),
+        position: None,
+        color: LinearRgba::WHITE,
+        irradiance: lamp.strength,
+        angular_radius: lamp.radius,
+        share: lamp.strength / (1.0 + lamp.strength),
+    });
     commands.entity(camera).insert(LiveEnvironment::new(cube).with_refresh(Refresh::OnChange));
     *painted = Some(lamp);
 }
 
 fn sky(lamp: &Lab) -> EquirectPixels {
-    let (sin, cos) = lamp.elevation.sin_cos();
-    let towards_lamp = Vec3::new(cos * lamp.azimuth.cos(), sin, cos * lamp.azimuth.sin());
+    let towards_lamp = lamp.direction();
     let size = UVec2::new(SKY_WIDTH, SKY_WIDTH / 2);
     // A disc with a soft edge, as wide as the sky's pixels can show it.
     let edge = TAU / SKY_WIDTH as f32;
@@ -314,8 +333,8 @@ fn draw_panel(
         ui.add(egui::Slider::new(&mut lamp.speed, 0.0..=3.0).text("cars' speed"));
         ui.separator();
         ui.label(format!(
-            "{} casters · {} directions redrawn, {} outdated · the oldest of {} main ones is {} frames old",
-            state.casters, state.redrawn, state.outdated, state.main, state.oldest_main
+            "{} casters · {} key lights · {} directions redrawn, {} outdated · the oldest of {} main ones is {} frames old",
+            state.casters, state.key_lights, state.redrawn, state.outdated, state.main, state.oldest_main
         ));
         let frame = diagnostics.get(&FrameTimeDiagnosticsPlugin::FRAME_TIME).and_then(|time| time.smoothed());
         ui.label(format!("{:.1} ms a frame", frame.unwrap_or(0.0)));
@@ -328,6 +347,7 @@ fn draw_panel(
 fn draw_dome(ui: &mut egui::Ui, dome: &mut ShadowDomeLight) {
     let most = ShadowDomeLight::MAX_DIRECTIONS;
     ui.add(egui::Slider::new(&mut dome.directions, 1..=most).logarithmic(true).text("directions"));
+    ui.add(egui::Slider::new(&mut dome.key_lights, 0..=ShadowDomeLight::MAX_KEY_LIGHTS).text("key lights"));
     choose(ui, "coverage", &COVERAGES, &mut dome.coverage);
     choose(ui, "resolution", &RESOLUTIONS, &mut dome.resolution);
     // The width of a soft filter has a slider of its own.

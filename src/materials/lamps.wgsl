@@ -15,7 +15,6 @@
     shadows,
 }
 #import bevy_render::maths::PI
-#import bevy_mirrorball::shadows::visibility::real_visibility
 #ifdef ENVIRONMENT_MAP
 #import bevy_pbr::environment_map::compute_radiances
 #import bevy_pbr::lighting::LayerLightingInput
@@ -95,8 +94,8 @@ fn lamp_irradiance(surface: RealSurface) -> vec3f {
 }
 
 /// Irradiance from the lamps ÷ irradiance in the real room: what the camera's picture gains, as a factor on it. 0 without an
-/// environment map or with a black one, since then nothing is known of the room.
-fn lamp_gain(surface: RealSurface) -> vec3f {
+/// environment map or with a black one, since then nothing is known of the room. Of the real light other things leave a share.
+fn lamp_gain(surface: RealSurface, share_left: f32) -> vec3f {
 #ifdef ENVIRONMENT_MAP
     let lamps = lamp_irradiance(surface);
     if all(lamps <= vec3f(0.0)) {
@@ -117,7 +116,7 @@ fn lamp_gain(surface: RealSurface) -> vec3f {
     if all(open * exposure <= vec3f(NOTHING_MEASURED)) {
         return vec3f(0.0);
     }
-    let real = open * real_visibility(surface.pos_world.xyz, surface.normal) * exposure;
+    let real = open * share_left * exposure;
     return lamps * (exposure / PI) / max(real, vec3f(LEAST_REAL));
 #else
     return vec3f(0.0);

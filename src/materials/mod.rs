@@ -15,8 +15,8 @@
 //! the dome. Both have Bevy's units: a lamp of π lux doubles the picture where the map, at an intensity of 1, is 1.0. Without
 //! an environment map on the camera there is nothing to compare lamps with, and they light virtual things only.
 //!
-//! Scenes without lamps have pipelines without them. With lamps, a lit pixel takes one lookup per direction of the dome.
-//! Lamps count as points, textures of lights and rectangle lights do nothing here, and light that lamps throw from thing to
+//! Scenes without lamps have pipelines without them. What phantoms leave of the room's light to each other is found in the
+//! visibility pass, as brightness. Lamps count as points, textures of lights and rectangle lights do nothing here, and light that lamps throw from thing to
 //! thing is left out, as it is on virtual surfaces.
 //!
 //! # Toon

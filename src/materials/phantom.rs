@@ -3,7 +3,7 @@
 use super::{ImageBasedMaterial, ToonMaterial, outline::Outline};
 use crate::{
     camera::{ArCamera, CameraFrame, FrameMapping, FrameTexture},
-    shadows::{DomeTextures, FilterKind},
+    shadows::{DomeTextures, FilterKind, Lamp},
     stage::{PhantomObject, StageRole},
 };
 use bevy::{
@@ -106,9 +106,6 @@ struct PhantomSources {
     textures: (AssetId<Image>, AssetId<Image>, FilterKind),
     has_lamps: bool,
 }
-
-/// Bevy's lamps, whose light falls on real things too.
-type Lamp = Or<(With<PointLight>, With<SpotLight>, With<DirectionalLight>)>;
 
 type FrameSource = (&'static ArCamera, &'static Camera, &'static CameraFrame, &'static FrameTexture);
 

@@ -28,9 +28,10 @@ fn fragment(in: VertexOutput) -> FragmentOutput {
     var color = textureSampleLevel(frame, frame_sampler, uv_frame, 0.0).rgb;
 #ifdef RECEIVES_SHADOWS
     let normal = normalize(in.world_normal);
-    var light = phantom_ratio(in.position, in.world_position.xyz, normal);
+    let ratio = phantom_ratio(in.position, in.world_position.xyz, normal);
+    var light = ratio.rgb;
 #ifdef HAS_LAMPS
-    light += lamp_gain(RealSurface(in.position, in.world_position, normal, mesh[in.instance_index].flags));
+    light += lamp_gain(RealSurface(in.position, in.world_position, normal, mesh[in.instance_index].flags), ratio.a);
 #endif
     color *= light;
 #endif

@@ -184,7 +184,7 @@ pub(super) fn write_views(
         served: UVec4::new(
             served.map_or(0, |_| fitted.sample_pixels),
             fitted.occludes_reflections.into(),
-            casters | u32::from(has_lenses) << 2,
+            casters | u32::from(has_lenses) << 2 | u32::from(fitted.has_lamps) << 3,
             layout.directions,
         ),
         served_clip_from_world: served

@@ -248,6 +248,8 @@ struct FittedDome {
     sample_pixels: u32,
     dim_share: f32,
     occludes_reflections: bool,
+    /// Whether the engine's lamps shine on phantoms.
+    has_lamps: bool,
     sphere: Option<BoundingSphere>,
     casters: Vec<Caster>,
 }
@@ -301,6 +303,9 @@ struct Refreshing {
     readback: Option<Entity>,
 }
 
+/// Bevy's lamps, whose light falls on real things too.
+pub(crate) type Lamp = Or<(With<PointLight>, With<SpotLight>, With<DirectionalLight>)>;
+
 type DomeItem =
     (&'static ShadowDomeLight, &'static GlobalTransform, &'static mut DomeState, Option<&'static DomeLights>);
 
@@ -311,6 +316,7 @@ fn fit_dome(
     mut casters: Casters,
     files: Res<Assets<LightsFile>>,
     lights: Query<&RealLight>,
+    lamps: Query<(), Lamp>,
     probes: Query<&GlobalTransform, With<EnvironmentCube>>,
     mut spread: Local<Option<(DomeCoverage, u32, Directions)>>,
 ) {
@@ -354,6 +360,7 @@ fn fit_dome(
         sample_pixels: dome.samples.pixels(),
         dim_share: if dome.dim_share.is_finite() { dome.dim_share.clamp(0.0, 1.0) } else { 0.0 },
         occludes_reflections: dome.occludes_reflections,
+        has_lamps: !lamps.is_empty(),
         sphere,
         casters,
     };

@@ -4,7 +4,9 @@
 #define_import_path bevy_mirrorball::shadows::receive
 
 #import bevy_pbr::mesh_view_bindings::view
-#import bevy_mirrorball::shadows::visibility::{dome, phantom_visibility, virtual_visibility}
+#import bevy_mirrorball::shadows::visibility::{
+    brightness_left, dome, has_lamps, phantom_visibility, real_visibility, virtual_visibility,
+}
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
 #import bevy_pbr::mesh_view_bindings::{depth_prepass_texture, normal_prepass_texture}
@@ -26,8 +28,15 @@ const LEAST_WEIGHT: f32 = 0.05;
 
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
-/// Visibility from the samples of the pass around a fragment, and the weight they deserve together.
-fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -> vec4f {
+/// What the samples of the pass around a fragment have seen.
+struct Seen {
+    /// As in the visibility texture.
+    share: vec4f,
+    /// That they deserve together.
+    weight: f32,
+}
+
+fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -> Seen {
     let step = f32(dome.served.x);
     let place = (frag_coord.xy - 0.5) / step;
     let base = floor(place);
@@ -35,6 +44,7 @@ fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -
     let last = vec2f(textureDimensions(visibility_map)) - 1.0;
     let tolerance = LEAST_STEP * distance(pos_world, view.world_position);
     var sum = vec4f(0.0);
+    var weights = 0.0;
     for (var i = 0u; i < 4u; i++) {
         let corner = vec2f(vec2u(i % 2u, i / 2u));
         let sample = min(base + corner, last);
@@ -49,10 +59,11 @@ fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -
         let is_near = abs(dot(offset, normal)) <= STEEPEST * length(offset) + tolerance;
         let is_same = is_near && depth > 0.0 && abs(facing.a - kind) < 0.1;
         let alike = smoothstep(SAME_NORMAL.x, SAME_NORMAL.y, dot(normalize(facing.xyz * 2.0 - 1.0), normal));
-        let weight = select(0.0, bilinear.x * bilinear.y * alike * stored.a, is_same);
-        sum += vec4f(stored.rgb * weight, weight);
+        let weight = select(0.0, bilinear.x * bilinear.y * alike, is_same && stored.a > 0.0);
+        sum += stored * weight;
+        weights += weight;
     }
-    return vec4f(sum.rgb / max(sum.a, 1e-6), sum.a);
+    return Seen(sum / max(weights, 1e-6), weights);
 }
 
 /// Whether the visibility texture is this camera's.
@@ -66,19 +77,24 @@ fn is_served() -> bool {
 #endif
 #endif
 
-/// Factor on the camera's picture of a phantom.
-fn phantom_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec3f {
+/// Factor on the camera's picture of a phantom; alpha: how bright the real light is that other phantoms leave to it, as a share
+/// of the open sky's (if there are lamps, to compare them with it).
+fn phantom_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec4f {
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
     if is_served() {
         let found = from_samples(frag_coord, pos_world, normal, IS_PHANTOM);
-        if found.a > LEAST_WEIGHT {
-            return found.rgb;
+        if found.weight > LEAST_WEIGHT {
+            return found.share;
         }
     }
 #endif
 #endif
-    return phantom_visibility(pos_world, normal);
+    var left = 1.0;
+    if has_lamps() {
+        left = brightness_left(real_visibility(pos_world, normal));
+    }
+    return vec4f(phantom_visibility(pos_world, normal), left);
 }
 
 /// Factor on the diffuse image-based light of a virtual surface.
@@ -87,8 +103,8 @@ fn virtual_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec3f {
 #ifdef NORMAL_PREPASS
     if is_served() {
         let found = from_samples(frag_coord, pos_world, normal, IS_VIRTUAL);
-        if found.a > LEAST_WEIGHT {
-            return found.rgb;
+        if found.weight > LEAST_WEIGHT {
+            return found.share.rgb;
         }
     }
 #endif

@@ -18,21 +18,28 @@ const VIRTUAL_CASTERS: u32 = 0u;
 const PHANTOM_CASTERS: u32 = 1u;
 /// The bit beside those of casters that says that there are spots.
 const SPOTS: u32 = 2u;
+/// The bit that says that the scene has lamps of the engine.
+const LAMPS: u32 = 3u;
 /// Light left below this share of the open sky's counts as none; there the picture is left alone.
 const LEAST_LIGHT: f32 = 1e-4;
 /// A surface looks at its own shadow map this many texels above itself, and more by the radius of the filter.
 const SELF_SHADOW_OFFSET: f32 = 1.5;
 /// Visibility from here on is full; hides the rounding of the hardware's filter.
 const FULLY_VISIBLE: f32 = 0.999;
-/// Where PCSS looks for what blocks the light: a square of this many samples across.
-const BLOCKER_SAMPLES: i32 = 5;
-/// Samples across the penumbra that PCSS averages.
-const PENUMBRA_SAMPLES: i32 = 7;
+/// Samples by which PCSS looks for what blocks the light.
+const BLOCKER_SAMPLES: i32 = 12;
+/// Samples of the penumbra that PCSS averages.
+const PENUMBRA_SAMPLES: i32 = 20;
+/// Rows of the matrix that turns by the golden angle.
+const GOLDEN_TURN: vec4f = vec4f(-0.737369, -0.675490, 0.675490, -0.737369);
+/// Depth changes by at most this much per width of a tile, for surfaces along the light.
+const STEEPEST_GRADIENT: f32 = 8.0;
 /// A near lamp is at most this many times as bright as where it was measured.
 const NEAREST_GAIN: f32 = 1e3;
 
-/// Share of a direction's light that reaches a position in its tile (-1…1, depth).
-fn compare(corner: vec2f, pos: vec3f) -> f32 {
+/// Share of a direction's light that reaches a position in its tile (-1…1, depth) on a surface whose depth changes by a
+/// gradient, per width of the tile.
+fn compare(corner: vec2f, pos: vec3f, gradient: vec2f) -> f32 {
     let depth = clamp(pos.z, 0.0, 1.0);
     let texel = 1.0 / (vec2f(dome.counts.zw) * dome.params.x);
     let center = atlas_uv(dome.counts, corner, 1.0, pos.xy);
@@ -57,50 +64,74 @@ fn compare(corner: vec2f, pos: vec3f) -> f32 {
     let width = 2.0 * dome.params.y + 1.0;
     return sum / (width * width);
 #else ifdef FILTER_PCSS
-    return percentage_closer_soft_shadow(corner, 1.0, dome.params.z, pos);
+    return percentage_closer_soft_shadow(window(corner, 1.0, pos, gradient), dome.params.z);
 #else
     return textureSampleCompareLevel(atlas, atlas_sampler, center, depth);
 #endif
 }
 
+/// A key light's or soft direction's tile around a position in it.
+struct Window {
+    /// In the atlas: of the position, of the tile's texels, the size of the tile and of a texel.
+    center: vec2f,
+    low: vec2f,
+    high: vec2f,
+    tile: vec2f,
+    texel: vec2f,
+    depth: f32,
+    gradient: vec2f,
+}
+
+fn window(corner: vec2f, span: f32, pos: vec3f, gradient: vec2f) -> Window {
+    let texel = 1.0 / (vec2f(dome.counts.zw) * dome.params.x);
+    let tile = span / vec2f(dome.counts.zw);
+    let low = corner / vec2f(dome.counts.zw);
+    let center = atlas_uv(dome.counts, corner, span, pos.xy);
+    return Window(center, low + 0.5 * texel, low + tile - 0.5 * texel, tile, texel, clamp(pos.z, 0.0, 1.0), gradient);
+}
+
+/// Where a sample is, and the depth that the surface has there.
+fn sample_place(area: Window, offset: vec2f) -> vec3f {
+    let uv = clamp(area.center + offset, area.low, area.high);
+    return vec3f(uv, clamp(area.depth + dot(area.gradient, (uv - area.center) / area.tile), 0.0, 1.0));
+}
+
+/// How many of the samples within a light's reach are in front of the surface, and their mean depth.
+fn find_blockers(area: Window, spread: f32) -> vec2f {
+    let search = max((1.0 - area.depth) * spread * area.tile, area.texel);
+    var count = 0.0;
+    var depth_sum = 0.0;
+    var turned = vec2f(1.0, 0.0);
+    for (var i = 0; i < BLOCKER_SAMPLES; i++) {
+        let place = sample_place(area, turned * (search * sqrt((f32(i) + 0.5) / f32(BLOCKER_SAMPLES))));
+        let found = textureLoad(atlas, vec2i(place.xy / area.texel), 0);
+        if found > place.z {
+            count += 1.0;
+            depth_sum += found;
+        }
+        turned = vec2f(dot(turned, GOLDEN_TURN.xy), dot(turned, GOLDEN_TURN.zw));
+    }
+    return vec2f(count, depth_sum / max(count, 1.0));
+}
+
 /// Percentage-closer soft shadow (Fernando 2005). Penumbras are as wide as blockers are apart from the receiver in depth, times
 /// a spread: for parallel light twice the tangent of the light's angular radius, since a tile is as deep as it is wide; the
-/// depth of spots is one of inverse distances, in which the law has the same form.
-fn percentage_closer_soft_shadow(corner: vec2f, span: f32, spread: f32, pos: vec3f) -> f32 {
-    let depth = clamp(pos.z, 0.0, 1.0);
-    let tile_uv = span / vec2f(dome.counts.zw);
-    let texel = 1.0 / (vec2f(dome.counts.zw) * dome.params.x);
-    let center = atlas_uv(dome.counts, corner, span, pos.xy);
-    let low = corner / vec2f(dome.counts.zw) + 0.5 * texel;
-    let high = corner / vec2f(dome.counts.zw) + tile_uv - 0.5 * texel;
-    let search = max((1.0 - depth) * spread * tile_uv, texel);
-    var blockers = 0.0;
-    var blocker_depth = 0.0;
-    for (var y = 0; y < BLOCKER_SAMPLES; y++) {
-        for (var x = 0; x < BLOCKER_SAMPLES; x++) {
-            let offset = 2.0 * vec2f(vec2i(x, y)) / f32(BLOCKER_SAMPLES - 1) - 1.0;
-            let uv = clamp(center + offset * search, low, high);
-            let found = textureLoad(atlas, vec2i(uv / texel), 0);
-            // What lies no farther in front than the sample is off center is the receiver's own slope.
-            let slope = length(offset * search / tile_uv);
-            if found > depth + 0.25 * slope {
-                blockers += 1.0;
-                blocker_depth += found;
-            }
-        }
+/// depth of spots is one of inverse distances, in which the law has the same form. What is around is compared with the plane of
+/// the surface, which would shadow itself otherwise. Samples lie on a spiral of Vogel (1979).
+fn percentage_closer_soft_shadow(area: Window, spread: f32) -> f32 {
+    let blockers = find_blockers(area, spread);
+    if blockers.x == 0.0 {
+        return textureSampleCompareLevel(atlas, atlas_sampler, area.center, area.depth);
     }
-    if blockers == 0.0 {
-        return textureSampleCompareLevel(atlas, atlas_sampler, center, depth);
-    }
-    let penumbra = max((blocker_depth / blockers - depth) * spread * tile_uv, texel);
+    let penumbra = max((blockers.y - area.depth) * spread * area.tile, area.texel);
     var sum = 0.0;
-    for (var y = 0; y < PENUMBRA_SAMPLES; y++) {
-        for (var x = 0; x < PENUMBRA_SAMPLES; x++) {
-            let offset = 2.0 * vec2f(vec2i(x, y)) / f32(PENUMBRA_SAMPLES - 1) - 1.0;
-            sum += textureSampleCompareLevel(atlas, atlas_sampler, clamp(center + offset * penumbra, low, high), depth);
-        }
+    var turned = vec2f(1.0, 0.0);
+    for (var i = 0; i < PENUMBRA_SAMPLES; i++) {
+        let place = sample_place(area, turned * (penumbra * sqrt((f32(i) + 0.5) / f32(PENUMBRA_SAMPLES))));
+        sum += textureSampleCompareLevel(atlas, atlas_sampler, place.xy, place.z);
+        turned = vec2f(dot(turned, GOLDEN_TURN.xy), dot(turned, GOLDEN_TURN.zw));
     }
-    return sum / f32(PENUMBRA_SAMPLES * PENUMBRA_SAMPLES);
+    return sum / f32(PENUMBRA_SAMPLES);
 }
 
 /// A direction as a place sees it.
@@ -144,16 +175,48 @@ fn aim(index: u32, axes: Axes, pos_world: vec3f) -> Aim {
     return Aim(index, axes, scale, pos_world, select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0));
 }
 
-/// 1 where casters of a kind let the light of a direction through, 0 where they block it.
-fn visibility(kind: u32, index: u32, pos: vec3f) -> f32 {
+/// How the depth of a surface changes across a tile, per width of the tile to the right and down.
+fn depth_gradient(seen: Aim, normal: vec3f) -> vec2f {
+    let across = vec2f(dot(seen.axes.right, normal), -dot(seen.axes.up, normal));
+    var along = dot(seen.axes.direction, normal);
+    var steepness = -1.0;
+    if seen.scale < 0.0 {
+        along = dot(normal, dome.views[seen.index].center - seen.pos_world);
+        steepness = 2.0 * dome.views[seen.index].depth.x / seen.scale;
+    }
+    let gradient = across * (steepness / max(along, 1e-6));
+    return gradient * min(1.0, STEEPEST_GRADIENT / max(length(gradient), 1e-6));
+}
+
+/// 1 where casters of a kind let the light of a direction through, 0 where they block it; at a position in the tile that is at a
+/// surface or a little above.
+fn visibility(kind: u32, seen: Aim, pos: vec3f, normal: vec3f) -> f32 {
     if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
         return 1.0;
     }
-    let corner = tile_corner(dome.views[index].corners, kind);
-    if index >= dome.served.w {
-        return percentage_closer_soft_shadow(corner, dome.params.w, dome.views[index].spread, pos);
+    let corner = tile_corner(dome.views[seen.index].corners, kind);
+    if seen.index >= dome.served.w {
+        let area = window(corner, dome.params.w, pos, depth_gradient(seen, normal));
+        return percentage_closer_soft_shadow(area, dome.views[seen.index].spread);
     }
-    return compare(corner, pos);
+#ifdef FILTER_PCSS
+    return compare(corner, pos, depth_gradient(seen, normal));
+#else
+    return compare(corner, pos, vec2f(0.0));
+#endif
+}
+
+/// Whether casters of a kind may block light of a direction.
+fn is_blocked(kind: u32, seen: Aim, normal: vec3f) -> bool {
+    if seen.index < dome.served.w {
+        return visibility(kind, seen, seen.pos, normal) < FULLY_VISIBLE;
+    }
+    if any(abs(seen.pos.xy) > vec2f(1.0)) {
+        return false;
+    }
+    let corner = tile_corner(dome.views[seen.index].corners, kind);
+    let area = window(corner, dome.params.w, seen.pos, depth_gradient(seen, normal));
+    return find_blockers(area, dome.views[seen.index].spread).x > 0.0;
 }
 
 /// Position in the tile above a surface from which the surface does not shadow itself.
@@ -195,7 +258,8 @@ fn is_in_virtual_shadow(pos_world: vec3f, normal: vec3f) -> bool {
         if dot(normal, light_at(index, axes, pos_world).xyz) <= 0.0 {
             continue;
         }
-        if visibility(VIRTUAL_CASTERS, index, aim(index, axes, pos_world).pos) < FULLY_VISIBLE {
+        let seen = aim(index, axes, pos_world);
+        if is_blocked(VIRTUAL_CASTERS, seen, normal) {
             return true;
         }
     }
@@ -227,9 +291,9 @@ fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
             continue;
         }
         let seen = aim(index, axes, pos_world);
-        let real = light * visibility(PHANTOM_CASTERS, index, above_surface(seen, normal, cos_angle));
+        let real = light * visibility(PHANTOM_CASTERS, seen, above_surface(seen, normal, cos_angle), normal);
         before += real;
-        after += real * visibility(VIRTUAL_CASTERS, index, seen.pos);
+        after += real * visibility(VIRTUAL_CASTERS, seen, seen.pos, normal);
     }
     return select(vec3f(1.0), after / max(before, vec3f(1e-20)), before > LEAST_LIGHT * open_sky);
 }
@@ -258,9 +322,9 @@ fn share_of_sky(pos_world: vec3f, normal: vec3f, is_real: bool) -> vec3f {
         }
         let seen = aim(index, axes, pos_world);
         let above = above_surface(seen, normal, cos_angle);
-        let past_phantoms = visibility(PHANTOM_CASTERS, index, select(seen.pos, above, is_real));
+        let past_phantoms = visibility(PHANTOM_CASTERS, seen, select(seen.pos, above, is_real), normal);
         let open = mix(phantom_light * unpack_solid_angle(weight), light * source.w, past_phantoms);
-        let past_virtual = select(visibility(VIRTUAL_CASTERS, index, above), 1.0, is_real);
+        let past_virtual = select(visibility(VIRTUAL_CASTERS, seen, above, normal), 1.0, is_real);
         arriving += open * past_virtual * cos_angle;
     }
     return select(vec3f(1.0), arriving / max(open_sky, vec3f(1e-20)), open_sky > vec3f(1e-6));
@@ -269,6 +333,15 @@ fn share_of_sky(pos_world: vec3f, normal: vec3f, is_real: bool) -> vec3f {
 /// Factor on the diffuse image-based light of a virtual surface.
 fn virtual_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     return share_of_sky(pos_world, normal, false);
+}
+
+fn has_lamps() -> bool {
+    return has_casters(LAMPS);
+}
+
+/// Of a share of light per channel its brightness, never quite 0.
+fn brightness_left(share: vec3f) -> f32 {
+    return max(dot(share, vec3f(0.2126, 0.7152, 0.0722)), 1e-3);
 }
 
 /// Share of the environment's light that real things leave to a real surface.
