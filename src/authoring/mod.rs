@@ -11,7 +11,7 @@
 //! | `{"WorldOrigin": {}}` | [`WorldOrigin`] |
 //! | `{"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9, "surface": "Mirror"}}` | [`LightProbeSphere`]; or `"Dielectric"` |
 //! | `{"PhantomObject": {"casts": true, "receives": true, "reflectance": 0.8}}` | [`PhantomObject`]; the reflectance, where known, may be `[r, g, b]`, linear |
-//! | `{"ShadowDomeLight": {"directions": 64, "resolution": 256}}` | [`ShadowDomeLight`] |
+//! | `{"ShadowDomeLight": {"directions": 64, "filter": "Gauss"}}`, all its fields | [`ShadowDomeLight`] |
 //! | `{"SurfaceStyle": "Toon"}`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and all below it |
 //! | `{"SurfaceStyle": {"Toon": {"bands": 4, "highlight": true, "outline_width": 2, "outline_color": "#000000"}}}` | the same with details |
 //!
