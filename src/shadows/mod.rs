@@ -110,7 +110,7 @@ pub struct ShadowDomeLight {
     pub directions: u32,
     /// Where the directions are. Defaults to the hemisphere above.
     pub coverage: DomeCoverage,
-    /// How many of the strongest [`RealLight`](crate::lighting::RealLight)s have shadow maps of their own, twice as fine, with
+    /// How many of the strongest [`RealLight`]s have shadow maps of their own, twice as fine, with
     /// penumbras as wide as the light is, 0…8 (clamped). Their part of the environment's light is taken from the directions
     /// around them. Defaults to 2; costs nothing while no light is known.
     pub key_lights: u32,
