@@ -6,8 +6,10 @@
 
 use super::{
     MirrorBall,
+    desk_picture::DeskPicture,
+    equations::{GRAY, Problem, with_gray},
+    gains::GraySolution,
     meter::{Desk, NearLight, Surface},
-    solve::{DeskPicture, GRAY, GraySolution, Problem, with_gray},
 };
 use bevy::prelude::*;
 

@@ -1,6 +1,6 @@
 //! The ball's picture as a cube of small cells, with what of each cell the camera clipped.
 
-use super::{meter::MirrorBall, solve::DeskPicture};
+use super::{desk_picture::DeskPicture, meter::MirrorBall};
 use crate::{
     camera::{FramePixels, Intrinsics},
     probe::{BallSurface, BallView, ClipGains, EDGE_MARGIN_PIXELS, cube_directions, gain_limits},
