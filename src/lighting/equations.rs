@@ -13,6 +13,8 @@ use std::f32::consts::PI;
 /// One point, as the picture shows it, and what reaches it per unknown. Index 3 of arrays is the mean of the channels.
 pub(super) struct Equation {
     pub point: MeterPoint,
+    /// Its place in the meter.
+    pub meter_index: usize,
     /// π · radiance; NaN where clipped.
     pub exitance: [f64; 4],
     /// Irradiance with clipped light taken for white.
@@ -26,6 +28,7 @@ pub(super) struct Equation {
 }
 
 pub(super) struct Problem<'a> {
+    pub meter: &'a Meter,
     pub sky: &'a [SkyCell],
     pub regions: &'a [Region],
     /// Per region, the extra gain from which on limited light grows no more.
@@ -55,18 +58,19 @@ pub(super) const GRAY: usize = 3;
 const PROFILE: f32 = 1.5;
 
 impl<'a> Problem<'a> {
-    pub(super) fn new(picture: &DeskPicture, meter: &Meter, sky: &'a [SkyCell], regions: &'a [Region]) -> Self {
-        let mut region_of = vec![(usize::MAX, 0.0); sky.len()];
+    pub(super) fn new(picture: &DeskPicture, meter: &'a Meter, sky: &'a [SkyCell], regions: &'a [Region]) -> Self {
         let readings = read_dark_balls(picture, sky, regions);
         let mut profiles = profiles(sky, regions, PROFILE);
         for (reading, shape) in readings.iter().filter_map(|reading| Some((reading, reading.shape.as_ref()?))) {
             profiles[reading.region] = shaped(&regions[reading.region], sky, shape);
         }
-        for (r, (region, profile)) in regions.iter().zip(&profiles).enumerate() {
-            for (&i, share) in region.cells.iter().zip(profile) {
-                region_of[i] = (r, *share);
-            }
-        }
+        let seen_by_cell: Vec<Vec3> = sky.iter().map(|cell| cell.seen).collect();
+        let clipped_by_cell = |(region, profile): (&Region, &Vec<f32>)| {
+            let cells = region.cells.iter().zip(profile);
+            let cells = cells.map(|(&i, share)| (i, *share * sky[i].clipped, *share * sky[i].limited));
+            cells.collect::<Vec<_>>()
+        };
+        let clipped_by_region: Vec<_> = regions.iter().zip(&profiles).map(clipped_by_cell).collect();
         let colors = phantom_colors(picture, meter, sky);
         let mut equations = Vec::with_capacity(meter.points.len());
         for (i, point) in meter.points.iter().enumerate() {
@@ -76,34 +80,35 @@ impl<'a> Problem<'a> {
             else {
                 continue;
             };
-            let mut seen = Vec3::ZERO;
-            let mut per_gain = vec![(Vec3::ZERO, Vec3::ZERO); regions.len()];
-            for ((cell, weight), (region, share)) in
-                sky.iter().zip(&meter.weights[i * sky.len()..(i + 1) * sky.len()]).zip(&region_of)
-            {
-                if *weight > 0.0 {
-                    seen += *weight * cell.seen;
-                    if let Some(sum) = per_gain.get_mut(*region) {
-                        sum.0 += *weight * share * cell.clipped;
-                        sum.1 += *weight * share * cell.limited;
-                    }
+            let weights = &meter.weights[i * sky.len()..(i + 1) * sky.len()];
+            let mut seen = weighted_sum(weights, &seen_by_cell);
+            let (mut per_gain, mut limited) = (Vec::with_capacity(regions.len()), Vec::with_capacity(regions.len()));
+            for cells in &clipped_by_region {
+                let mut sums = (Vec3::ZERO, Vec3::ZERO);
+                for &(cell, free, limited) in cells {
+                    sums.0 += weights[cell] * free;
+                    sums.1 += weights[cell] * limited;
                 }
+                per_gain.push(with_gray(sums.0));
+                limited.push(with_gray(sums.1));
             }
             for (phantom, share) in &meter.hidden[i] {
                 seen += *share * colors[*phantom];
             }
             equations.push(Equation {
                 point: *point,
+                meter_index: i,
                 exitance: with_gray(PI * radiance),
                 seen: with_gray(seen),
-                per_gain: per_gain.iter().map(|(free, _)| with_gray(*free)).collect(),
-                limited: per_gain.iter().map(|(_, limited)| with_gray(*limited)).collect(),
+                per_gain,
+                limited,
                 class: None,
             });
         }
         let limits = regions.iter().map(|region| mean_limit(region, sky)).collect();
         let readings = gain_readings(readings, sky, regions);
         Self {
+            meter,
             sky,
             regions,
             limits,
@@ -179,6 +184,20 @@ fn gain_readings(readings: Vec<DarkReading>, sky: &[SkyCell], regions: &[Region]
         }
     };
     readings.into_iter().map(in_gains).collect()
+}
+
+/// Half of the weights are zero: what lies behind the surface. A plain loop, for it is the innermost, in builds without
+/// optimization too.
+fn weighted_sum(weights: &[f32], values: &[Vec3]) -> Vec3 {
+    let values = &values[..weights.len()];
+    let (mut sum, mut i) = (Vec3::ZERO, 0);
+    while i < weights.len() {
+        if weights[i] > 0.0 {
+            sum += weights[i] * values[i];
+        }
+        i += 1;
+    }
+    sum
 }
 
 pub(super) fn with_gray(v: Vec3) -> [f64; 4] {

@@ -91,9 +91,12 @@ pub(super) fn find_lights(sky: &[SkyCell], gains: &[Vec3]) -> Vec<FoundLight> {
                 lights.push(light);
             }
             // Its halo is no light either.
-            rest.retain(|&i| {
-                sky[i].dir_world.angle_between(part.dir_world) > radius + MERGE_WITHIN && !part.cells.contains(&i)
-            });
+            let mut is_rest = vec![true; sky.len()];
+            for &i in &part.cells {
+                is_rest[i] = false;
+            }
+            let nearest = (radius + MERGE_WITHIN).cos();
+            rest.retain(|&i| is_rest[i] && sky[i].dir_world.dot(part.dir_world) < nearest);
         }
     }
     lights.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -137,10 +140,14 @@ fn stands_out(part: &Region, sky: &[SkyCell], brightness: &[f32]) -> bool {
     };
     let own = mean(&mut part.cells.iter().copied());
     let radius = std::f32::consts::SQRT_2 * part.spread;
+    let farthest = (radius + SURROUNDINGS).cos();
+    let mut is_own = vec![false; sky.len()];
+    for &i in &part.cells {
+        is_own[i] = true;
+    }
     // Other lights beside it do not take from it: only what is darker counts as surroundings.
-    let is_around =
-        |i: &usize| sky[*i].dir_world.angle_between(part.dir_world) < radius + SURROUNDINGS && !part.cells.contains(i);
-    let mut around = (0..sky.len()).filter(is_around).filter(|&i| brightness[i] < own);
+    let is_around = |i: &usize| brightness[*i] < own && !is_own[*i] && sky[*i].dir_world.dot(part.dir_world) > farthest;
+    let mut around = (0..sky.len()).filter(is_around);
     own >= LEAST_OVER_SURROUNDINGS * mean(&mut around)
 }
 

@@ -81,6 +81,7 @@ mod find;
 mod gains;
 mod least_squares;
 mod meter;
+mod mirrored_sky;
 mod near_light;
 mod ray_cast;
 mod real_light;

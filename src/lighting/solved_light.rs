@@ -2,7 +2,7 @@
 
 use super::{
     find::{FoundLight, find_lights},
-    regions::Region,
+    regions::{Region, neighbors_of},
     sky::SkyCell,
 };
 use bevy::prelude::*;
@@ -95,15 +95,11 @@ pub(super) fn spread_gains(
     }
     for _ in 0..SPREADING {
         let before = all.clone();
-        let known: Vec<usize> = (0..sky.len()).filter(|&i| before[i].is_some()).collect();
         for i in (0..sky.len()).filter(|&i| before[i].is_none() && sky[i].dir_world.dot(up_world) > 0.0) {
-            let reach = 1.7 * sky[i].solid_angle.sqrt();
-            let nearest = known
-                .iter()
-                .map(|&j| (j, sky[j].dir_world.distance_squared(sky[i].dir_world)))
-                .filter(|(_, distance)| *distance < reach * reach)
-                .min_by(|a, b| a.1.total_cmp(&b.1));
-            all[i] = nearest.and_then(|(j, _)| before[j]);
+            let distance = |j: &usize| sky[*j].dir_world.distance_squared(sky[i].dir_world);
+            let known = neighbors_of(i).iter().filter(|j| before[**j].is_some());
+            let nearest = known.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            all[i] = nearest.and_then(|&j| before[j]);
         }
     }
     all.into_iter().map(|gain| gain.unwrap_or(Vec3::ONE)).collect()
