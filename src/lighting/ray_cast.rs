@@ -136,7 +136,7 @@ fn triangle_distance([a, b, c]: &[Vec3; 3], origin: Vec3, dir: Vec3) -> Option<f
     }
     let from_a = origin - *a;
     let u = from_a.dot(p) / det;
-    if !(0.0..=1.0).contains(&u) {
+    if u.min(1.0 - u) < 0.0 {
         return None;
     }
     let q = from_a.cross(ab);
