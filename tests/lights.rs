@@ -9,11 +9,11 @@ use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     environment::{EquirectPixels, equirect_direction},
     lighting::{
-        DeskPicture, FoundLight, LightingPlugin, MirrorBall, RealLight, RecoveredLight, SelfCheck, SolvedLight,
-        SolverCache, match_cameras, solve_light,
+        DeskPicture, FoundLight, LightingPlugin, MirrorBall, RealLight, RealLightAppeared, RealLightVanished,
+        RecoveredLight, SelfCheck, SolvedLight, SolverCache, match_cameras, solve_light,
     },
     prelude::*,
-    probe::{BallSurface, ProbePlugin},
+    probe::{BallSurface, ClipEvidence, ClipRecovery, ProbePlugin},
     stage::StagePlugin,
     tracking::TrackingPlugin,
 };
@@ -194,8 +194,7 @@ fn the_strongest_lights_of_measured_maps_are_found_where_the_maps_have_them() {
             "{name}: strongest light at {truth:.3} at most {worst:.2}° off, irradiance ± {:.2} %",
             100.0 * variation
         );
-        // At night a wide glow over the horizon has no one middle.
-        assert!(name == "night" || worst <= KEY_LIGHT_DEGREES);
+        assert!(worst <= KEY_LIGHT_DEGREES);
         assert!(variation <= ENERGY_VARIATION);
     }
 }
@@ -347,6 +346,14 @@ fn two_balls_tell_where_a_near_lamp_is_and_that_a_far_one_is_far() {
     }
 }
 
+fn sorted(mut ids: Vec<u32>) -> Vec<u32> {
+    ids.sort_unstable();
+    ids
+}
+
+/// Most that the moving lamp's power may change from picture to picture, in half of them.
+const ENERGY_STEP: f32 = 0.1;
+
 const CLIP: &str = "assets/desk_clip";
 /// Most that the moving lamp's direction may be off in half of the pictures, degrees.
 const LAMP_DEGREES: f32 = 4.0;
@@ -354,22 +361,19 @@ const LAMP_DEGREES: f32 = 4.0;
 /// Most that its place, told by the shadows on the desk, may be off in half of the pictures, share of its distance.
 const LAMP_MISPLACED: f32 = 0.15;
 
+/// A game that sees a desk: the entity of its ball.
 #[cfg(feature = "apriltag")]
-#[test]
-fn the_moving_lamp_of_the_recorded_desk_is_followed_as_one_light() {
-    let clip = sidecar(Path::new(&format!("{CLIP}/clip.json")));
-    let frames = clip["frames"].as_array().expect("pictures");
-    let ball = Vec3::new(0.17, 0.05, 0.01);
+fn desk_app(camera: (ArCamera, CameraFeed), probe: (LightProbeSphere, Transform), phantoms: &Path) -> (App, Entity) {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, AssetPlugin::default(), TransformPlugin, CameraPlugin, TrackingPlugin))
         .init_asset::<bevy::shader::Shader>()
         .init_asset::<Mesh>()
         .init_asset::<Image>()
         .add_plugins((StagePlugin, ProbePlugin, LightingPlugin));
-    app.world_mut().spawn((ArCamera::default(), CameraFeed::clip(CLIP).with_pace(FeedPace::Lockstep)));
+    app.world_mut().spawn(camera);
     app.world_mut().spawn((MarkerAnchor::new(0, 0.1), WorldOrigin, Transform::from_xyz(0.0, 0.0006, 0.0)));
-    let probe = app.world_mut().spawn((LightProbeSphere::default(), Transform::from_translation(ball))).id();
-    for phantom in phantom_meshes(Path::new("assets/desk/desk.glb")) {
+    let probe = app.world_mut().spawn(probe).id();
+    for phantom in phantom_meshes(phantoms) {
         let positions: Vec<Vec3> = phantom.triangles.into_iter().flatten().collect();
         let mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
             .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions);
@@ -377,11 +381,84 @@ fn the_moving_lamp_of_the_recorded_desk_is_followed_as_one_light() {
         let role = PhantomObject { casts: phantom.casts, receives: phantom.receives, ..default() };
         app.world_mut().spawn((Mesh3d(mesh), role));
     }
+    (app, probe)
+}
+
+/// What tells how bright clipped light is, from nothing to the whole desk, and how each step is called.
+#[cfg(feature = "apriltag")]
+fn evidence() -> [(&'static str, ClipRecovery); 3] {
+    [
+        ("clipped light as white", ClipRecovery { is_enabled: false, ..default() }),
+        ("one gain, from the paper", ClipRecovery { evidence: ClipEvidence::Paper, ..default() }),
+        ("a gain per piece, from the desk", ClipRecovery::default()),
+    ]
+}
+
+/// Most that a virtual ball over the real one may differ, sRGB-encoded.
+const SELF_CHECK: f32 = 0.1;
+
+/// The table of the module's documentation, its columns without a renderer: each room through the whole chain, tracking included.
+#[cfg(feature = "apriltag")]
+#[test]
+fn a_table_of_rooms_by_evidence_shows_that_the_desk_tells_most() {
+    let Some(folder) = shared_data::find("ar_truth") else { return };
+    println!("| room | evidence | equations | irradiance off, marker / tilted | virtual ball RMSE | key light |");
+    for room in ROOMS {
+        let picture = desk_picture(&folder, room);
+        let sky = TrueSky::open(&folder, room);
+        let tilted = evidence().map(|(name, recovery)| {
+            let MirrorBall { center, radius, reflectance, .. } = picture.ball;
+            let probe = LightProbeSphere { radius, reflectance, ..default() };
+            let feed = CameraFeed::pixels(picture.frame.clone()).with_pace(FeedPace::Lockstep);
+            let probe = (probe, Transform::from_translation(center));
+            let camera = (ArCamera::new(picture.intrinsics), feed);
+            let (mut app, probe) = desk_app(camera, probe, &folder.join("desk.glb"));
+            app.world_mut().entity_mut(probe).insert(recovery);
+            app.update();
+            // Another question about the same picture: now there is light that it can be compared with.
+            app.world_mut().entity_mut(probe).insert(ClipRecovery { max_gain: recovery.max_gain - 1.0, ..recovery });
+            app.update();
+            app.update();
+            let light = app.world().get::<RecoveredLight>(probe).expect("ball and paper are in view");
+            let off = normals().map(|normal| {
+                let truth = sky.irradiance_from_above(normal);
+                ((irradiance_from_above(&light.light, normal) - truth) / truth).abs().max_element()
+            });
+            let tilted = off[..7].iter().copied().fold(0.0, f32::max);
+            let check = app.world().get::<SelfCheck>(probe).expect("the second answer was checked");
+            println!(
+                "| {room} | {name} | {} paper + {} desk, {} unknown | {:.3} / {tilted:.3} | {:.3} | {:.2?}° |",
+                light.light.paper_points,
+                light.light.points - light.light.paper_points,
+                light.light.regions.len(),
+                off[7],
+                check.rmse,
+                check.key_light_angle.map(f32::to_degrees)
+            );
+            assert!(check.rmse <= SELF_CHECK, "{check:?}");
+            assert_eq!(light.is_solved, name.contains("piece"));
+            tilted
+        });
+        assert!(tilted[2] < tilted[0] && tilted[2] <= TILTED_TOLERANCE, "{room}: {tilted:?}");
+    }
+}
+
+#[cfg(feature = "apriltag")]
+#[test]
+fn the_moving_lamp_of_the_recorded_desk_is_followed_as_one_light() {
+    let clip = sidecar(Path::new(&format!("{CLIP}/clip.json")));
+    let frames = clip["frames"].as_array().expect("pictures");
+    let ball = Vec3::new(0.17, 0.05, 0.01);
+    let probe = (LightProbeSphere::default(), Transform::from_translation(ball));
+    let feed = CameraFeed::clip(CLIP).with_pace(FeedPace::Lockstep);
+    let (mut app, probe) = desk_app((ArCamera::default(), feed), probe, Path::new("assets/desk/desk.glb"));
     let mut degrees = Vec::new();
     let mut ids = Vec::new();
     let mut misplaced = Vec::new();
     let mut times = Vec::new();
     let mut solved = 0;
+    let (mut energies, mut checks) = (Vec::new(), Vec::new());
+    let (mut appeared, mut vanished) = (Vec::new(), Vec::new());
     for frame in frames {
         app.update();
         let truth = (vector(&frame["lamp_center"]) - ball).normalize();
@@ -393,9 +470,17 @@ fn the_moving_lamp_of_the_recorded_desk_is_followed_as_one_light() {
         if let Some(light) = nearest {
             degrees.push(light.direction.angle_between(truth).to_degrees());
             ids.push(light.id);
+            let received = light.irradiance * (vector(&frame["lamp_center"]) - ball).length_squared();
+            energies.push(received);
             let lamp = vector(&frame["lamp_center"]);
             misplaced.extend(light.position.map(|position| position.distance(lamp) / lamp.distance(ball)));
         }
+        let alive: Vec<u32> = world.query::<&RealLight>().iter(world).map(|light| light.id).collect();
+        appeared.extend(world.resource_mut::<Messages<RealLightAppeared>>().drain().map(|light| light.id));
+        vanished.extend(world.resource_mut::<Messages<RealLightVanished>>().drain().map(|light| light.id));
+        let told = appeared.iter().copied().filter(|id| !vanished.contains(id));
+        assert_eq!(sorted(told.collect()), sorted(alive), "messages tell of every light that comes and goes");
+        checks.extend(world.get::<SelfCheck>(probe).copied());
         times.extend(world.get::<RecoveredLight>(probe).map(|light| light.cpu_time));
         solved += usize::from(world.get::<RecoveredLight>(probe).is_some_and(|light| light.is_solved));
     }
@@ -404,8 +489,26 @@ fn the_moving_lamp_of_the_recorded_desk_is_followed_as_one_light() {
     times.sort_unstable();
     println!("solver: median {:?}, longest {:?}", times.get(times.len() / 2), times.last());
     println!("lamp placed in {} pictures, off by shares of its distance {misplaced:.2?}", misplaced.len());
-    let check = app.world().get::<SelfCheck>(probe).copied();
-    println!("{solved} of {} solved; lamp {degrees:.1?}°, ids {ids:?}; {check:?}", frames.len());
+    let mut steps: Vec<f32> = energies.windows(2).map(|pair| (pair[1] / pair[0] - 1.0).abs()).collect();
+    steps.sort_by(f32::total_cmp);
+    println!(
+        "lamp's power over the loop: standard deviation {:.3}, change from picture to picture {:.3} in half of them, {:.3} in nine of ten",
+        variation(&energies),
+        steps[steps.len() / 2],
+        steps[steps.len() * 9 / 10]
+    );
+    println!("{} lights appeared, {} vanished", appeared.len(), vanished.len());
+    let mut rmse: Vec<f32> = checks.iter().map(|check| check.rmse).collect();
+    let mut key: Vec<f32> = checks.iter().filter_map(|check| check.key_light_angle).map(f32::to_degrees).collect();
+    rmse.sort_by(f32::total_cmp);
+    key.sort_by(f32::total_cmp);
+    println!(
+        "virtual ball: RMSE {:.3} in half of the pictures, key light {:.2}°",
+        rmse[rmse.len() / 2],
+        key[key.len() / 2]
+    );
+    println!("{solved} of {} solved; lamp {degrees:.1?}°, ids {ids:?}", frames.len());
+    assert!(steps[steps.len() / 2] <= ENERGY_STEP && rmse[rmse.len() / 2] <= SELF_CHECK);
     assert!(degrees.len() > frames.len() * 9 / 10, "found in {} pictures", degrees.len());
     assert!(degrees[degrees.len() / 2] <= LAMP_DEGREES);
     assert!(misplaced.len() > frames.len() / 2 && misplaced[misplaced.len() / 2] <= LAMP_MISPLACED);

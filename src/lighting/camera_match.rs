@@ -1,8 +1,8 @@
 //! Two cameras, one paper: how their exposures and white balances differ.
 
 use super::{
+    desk_picture::DeskPicture,
     meter::{brightness, paper_points},
-    solve::DeskPicture,
 };
 use bevy::prelude::*;
 

@@ -1,10 +1,10 @@
 //! A dark ball beside the bright one: the same picture at a shorter exposure (Karlsson & Selegård 2005, 3.1.6).
 
 use super::{
+    desk_picture::DeskPicture,
     ray_cast::sphere_is_hit,
     regions::Region,
     sky::{BallPicture, SKY_EDGE, SkyCell},
-    solve::DeskPicture,
 };
 use crate::probe::{BallView, EDGE_MARGIN_PIXELS};
 use bevy::{math::DVec3, prelude::*};

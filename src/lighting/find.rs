@@ -27,6 +27,8 @@ const LEAST_CONTRAST: f32 = 4.0;
 const LEAST_OVER_MEAN: f32 = 2.5;
 /// Wider groups of cells (root mean square, radians) are split when that leaves little variance.
 const SPLIT_FROM: f32 = 0.12;
+/// Groups that stay wider are no light but a glow with lights in it: only what stands out of it counts.
+const WIDEST: f32 = 0.35;
 /// Parts of a group are lights of their own if their variance falls below this share.
 const SPLIT_GAIN: f32 = 0.45;
 /// A light is this many times as bright as what surrounds it; a wide bright sky is none.
@@ -75,7 +77,7 @@ pub(super) fn find_lights(sky: &[SkyCell], gains: &[Vec3]) -> Vec<FoundLight> {
             break;
         }
         let excess = |i: usize| (brightness[i] - 0.5 * threshold) * sky[i].solid_angle;
-        let mut parts = split_groups(connected(&bright, sky), sky, &excess);
+        let mut parts = split_groups(connected(&bright, sky), sky, &brightness, &excess);
         merge(&mut parts, sky, &excess);
         for part in parts {
             let radius = part.spread * std::f32::consts::SQRT_2;
@@ -91,9 +93,12 @@ pub(super) fn find_lights(sky: &[SkyCell], gains: &[Vec3]) -> Vec<FoundLight> {
                 lights.push(light);
             }
             // Its halo is no light either.
-            rest.retain(|&i| {
-                sky[i].dir_world.angle_between(part.dir_world) > radius + MERGE_WITHIN && !part.cells.contains(&i)
-            });
+            let mut is_rest = vec![true; sky.len()];
+            for &i in &part.cells {
+                is_rest[i] = false;
+            }
+            let nearest = (radius + MERGE_WITHIN).cos();
+            rest.retain(|&i| is_rest[i] && sky[i].dir_world.dot(part.dir_world) < nearest);
         }
     }
     lights.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -101,7 +106,12 @@ pub(super) fn find_lights(sky: &[SkyCell], gains: &[Vec3]) -> Vec<FoundLight> {
     lights
 }
 
-fn split_groups(groups: Vec<Vec<usize>>, sky: &[SkyCell], weight: &impl Fn(usize) -> f32) -> Vec<Region> {
+fn split_groups(
+    groups: Vec<Vec<usize>>,
+    sky: &[SkyCell],
+    brightness: &[f32],
+    weight: &impl Fn(usize) -> f32,
+) -> Vec<Region> {
     let mut groups: Vec<Region> = groups.into_iter().map(|cells| Region::new(cells, sky, weight)).collect();
     let sum = |region: &Region| region.cells.iter().map(|&i| weight(i)).sum::<f32>();
     let mut parts = Vec::new();
@@ -112,13 +122,24 @@ fn split_groups(groups: Vec<Vec<usize>>, sky: &[SkyCell], weight: &impl Fn(usize
         }
         let [a, b] = group.clone().split(sky, weight);
         let left = (sum(&a) * a.spread.powi(2) + sum(&b) * b.spread.powi(2)) / sum(&group).max(f32::MIN_POSITIVE);
-        if a.cells.is_empty() || b.cells.is_empty() || left > SPLIT_GAIN * group.spread.powi(2) {
+        if !a.cells.is_empty() && !b.cells.is_empty() && left <= SPLIT_GAIN * group.spread.powi(2) {
+            groups.extend([a, b]);
+            continue;
+        }
+        let core = if group.spread > WIDEST { core(&group, brightness) } else { Vec::new() };
+        if core.is_empty() || core.len() == group.cells.len() {
             parts.push(group);
         } else {
-            groups.extend([a, b]);
+            groups.extend(connected(&core, sky).into_iter().map(|cells| Region::new(cells, sky, weight)));
         }
     }
     parts
+}
+
+/// What is about as bright as a part's brightest cell.
+fn core(part: &Region, brightness: &[f32]) -> Vec<usize> {
+    let peak = part.cells.iter().map(|&i| brightness[i]).fold(0.0, f32::max);
+    part.cells.iter().copied().filter(|&i| brightness[i] > CORE_FROM * peak).collect()
 }
 
 /// The middle of what is about as bright as the part's brightest cell: a glow around the sun does not move it.
@@ -137,10 +158,14 @@ fn stands_out(part: &Region, sky: &[SkyCell], brightness: &[f32]) -> bool {
     };
     let own = mean(&mut part.cells.iter().copied());
     let radius = std::f32::consts::SQRT_2 * part.spread;
+    let farthest = (radius + SURROUNDINGS).cos();
+    let mut is_own = vec![false; sky.len()];
+    for &i in &part.cells {
+        is_own[i] = true;
+    }
     // Other lights beside it do not take from it: only what is darker counts as surroundings.
-    let is_around =
-        |i: &usize| sky[*i].dir_world.angle_between(part.dir_world) < radius + SURROUNDINGS && !part.cells.contains(i);
-    let mut around = (0..sky.len()).filter(is_around).filter(|&i| brightness[i] < own);
+    let is_around = |i: &usize| brightness[*i] < own && !is_own[*i] && sky[*i].dir_world.dot(part.dir_world) > farthest;
+    let mut around = (0..sky.len()).filter(is_around);
     own >= LEAST_OVER_SURROUNDINGS * mean(&mut around)
 }
 
@@ -216,5 +241,23 @@ mod tests {
         let found =
             lights(|dir| Vec3::splat(if lamps.iter().any(|l| dir.angle_between(*l) < 0.2) { 9.0 } else { 0.1 }));
         assert_eq!(found.len(), 2, "{found:?}");
+    }
+
+    /// City lights at night: what is bright is one wide band, and most of its light comes from a few lamps in it.
+    #[test]
+    fn lamps_in_a_wide_glow_are_lights_of_their_own_and_the_glow_is_none() {
+        let lamps = [(0.4_f32, 60.0), (-0.9, 45.0)];
+        let towards = |azimuth: f32| Vec3::new(azimuth.sin(), 0.12, -azimuth.cos()).normalize();
+        let glow = |dir: Vec3| if (0.0..0.3).contains(&dir.y) && dir.z < 0.3 { 1.5 } else { 0.05 };
+        let found = lights(|dir| {
+            let lamp = lamps.iter().find(|(azimuth, _)| dir.angle_between(towards(*azimuth)) < 0.06);
+            Vec3::splat(lamp.map_or(glow(dir), |(_, radiance)| *radiance))
+        });
+        assert_eq!(found.len(), 2, "{found:?}");
+        for (light, (azimuth, _)) in found.iter().zip(lamps) {
+            assert!(light.direction.angle_between(towards(azimuth)).to_degrees() < 1.5, "{found:?}");
+            assert!(light.angular_radius < 0.15, "{found:?}");
+        }
+        assert!(lights(|dir| Vec3::splat(glow(dir))).iter().all(|light| light.share < 0.6), "a glow is no light");
     }
 }

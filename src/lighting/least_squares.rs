@@ -18,12 +18,17 @@ impl NormalEquations {
         Self { n: unknowns, h: vec![0.0; unknowns * unknowns], b: vec![0.0; unknowns] }
     }
 
-    /// Adds weight · (row·x − wanted)². The row is given by its entries that are not zero.
+    /// Adds weight · (row·x − wanted)². The row is given by its entries that are not zero, in rising order.
     pub(super) fn add(&mut self, row: &[(usize, f64)], wanted: f64, weight: f64) {
-        for &(i, a) in row {
-            self.b[i] += weight * a * wanted;
-            for &(j, c) in row {
-                self.h[i * self.n + j] += weight * a * c;
+        debug_assert!(row.is_sorted_by_key(|(i, _)| *i), "only the upper triangle of H is filled");
+        for (k, &(i, a)) in row.iter().enumerate() {
+            let weighted = weight * a;
+            self.b[i] += weighted * wanted;
+            if weighted != 0.0 {
+                let h = &mut self.h[i * self.n..(i + 1) * self.n];
+                for &(j, c) in &row[k..] {
+                    h[j] += weighted * c;
+                }
             }
         }
     }
@@ -31,10 +36,11 @@ impl NormalEquations {
     /// The x ≥ floor at which the sum is least, by coordinate descent from a start.
     pub(super) fn solve(&self, start: &[f64], floor: &[f64]) -> Vec<f64> {
         let mut x: Vec<f64> = start.iter().zip(floor).map(|(x, floor)| x.max(*floor)).collect();
+        let h = self.symmetric();
         for _ in 0..MOST_SWEEPS {
             let (mut change, mut largest) = (0.0_f64, 1e-30_f64);
             for i in 0..self.n {
-                let row = &self.h[i * self.n..(i + 1) * self.n];
+                let row = &h[i * self.n..(i + 1) * self.n];
                 if row[i] <= 0.0 {
                     continue;
                 }
@@ -56,7 +62,7 @@ impl NormalEquations {
     /// Inverse of H (Gauss-Jordan with pivots); `None` if it is singular.
     pub(super) fn inverse(&self) -> Option<Vec<f64>> {
         let n = self.n;
-        let (mut a, mut inverse) = (self.h.clone(), vec![0.0; n * n]);
+        let (mut a, mut inverse) = (self.symmetric(), vec![0.0; n * n]);
         for i in 0..n {
             inverse[i * n + i] = 1.0;
         }
@@ -83,6 +89,17 @@ impl NormalEquations {
             }
         }
         Some(inverse)
+    }
+
+    /// H with its lower triangle.
+    fn symmetric(&self) -> Vec<f64> {
+        let mut h = self.h.clone();
+        for i in 0..self.n {
+            for j in 0..i {
+                h[i * self.n + j] = h[j * self.n + i];
+            }
+        }
+        h
     }
 
     /// H's entry on the diagonal.
@@ -115,9 +132,10 @@ mod tests {
         equations.add(&[(1, 1.0), (2, -1.0)], 0.0, 2.0);
         equations.add(&[(0, 3.0), (2, 1.0)], 0.0, 0.5);
         let inverse = equations.inverse().expect("three independent rows");
+        let h = equations.symmetric();
         for i in 0..3 {
             for j in 0..3 {
-                let product: f64 = (0..3).map(|k| equations.h[i * 3 + k] * inverse[k * 3 + j]).sum();
+                let product: f64 = (0..3).map(|k| h[i * 3 + k] * inverse[k * 3 + j]).sum();
                 assert!((product - f64::from(u8::from(i == j))).abs() < 1e-9);
             }
         }

@@ -1,15 +1,15 @@
 //! Points of the desk that tell how bright the light is: which part of the sky each of them sees.
 
 use super::{
+    mirrored_sky::MirroredSky,
     ray_cast::{PhantomSolid, SURFACE_OFFSET, sphere_is_hit},
     sky::SkyCell,
 };
 use crate::{
     camera::{FramePixels, Intrinsics},
-    probe::{BallSurface, BallView},
+    probe::BallSurface,
 };
 use bevy::{math::Affine3A, prelude::*};
-use std::f32::consts::PI;
 
 /// A marker's printed sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +59,8 @@ pub(super) struct Meter {
     pub weights: Vec<f32>,
     /// Per point: phantoms in view with the steradian they take.
     pub hidden: Vec<Vec<(usize, f32)>>,
+    /// Per point: the sky's images in the balls beside it.
+    pub mirrored: Vec<Vec<MirroredSky>>,
 }
 
 /// What stands on the desk.
@@ -77,8 +79,6 @@ const PAPER_STEPS: i32 = 9;
 const SHEET_MARGIN: f32 = 0.14;
 /// Surfaces seen at a flatter angle tell nothing; cosine.
 const LEAST_VIEW_COSINE: f32 = 0.2;
-/// The ball's mirror image of the sky is too dim beyond this many radii, about 1 % of the light.
-const FARTHEST_MIRRORING: f32 = 6.0;
 
 impl Meter {
     /// Picks points in view of the camera and traces what they see. Takes the memory of an earlier table.
@@ -94,7 +94,7 @@ impl Meter {
         points.extend(phantom_points(desk, intrinsics, camera_from_world));
         memory.clear();
         memory.reserve_exact(most * sky.len());
-        let mut meter = Self { weights: memory, hidden: Vec::with_capacity(points.len()), points };
+        let mut meter = Self { weights: memory, hidden: Vec::new(), mirrored: Vec::new(), points };
         for i in 0..meter.points.len() {
             meter.trace(i, desk, sky);
         }
@@ -105,33 +105,52 @@ impl Meter {
         let point = self.points[i];
         let origin = point.pos_world + SURFACE_OFFSET * point.normal_world;
         let mirrored: Vec<MirroredSky> =
-            desk.balls.iter().filter_map(|ball| MirroredSky::new(ball.center - origin, *ball)).collect();
-        let mut hidden = vec![0.0_f32; desk.phantoms.len()];
+            desk.balls.iter().filter_map(|ball| MirroredSky::new(origin, point.normal_world, ball)).collect();
+        let mut hiding: Vec<Hiding> = (desk.phantoms.iter().enumerate())
+            .filter(|(_, phantom)| phantom.casts && phantom.is_above(origin, point.normal_world))
+            .map(|(place, phantom)| Hiding { place, phantom, guess: 0, share: 0.0 })
+            .collect();
         for cell in sky {
             let cosine = cell.dir_world.dot(point.normal_world);
             let mut weight = 0.0;
-            let is_behind_ball =
-                || desk.balls.iter().any(|ball| sphere_is_hit(ball.center - origin, ball.radius, cell.dir_world));
-            if cosine > 0.0 && !is_behind_ball() {
-                let nearest = desk
-                    .phantoms
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, phantom)| phantom.casts)
-                    .filter_map(|(k, phantom)| phantom.hit(origin, cell.dir_world).map(|(distance, _)| (k, distance)))
-                    .min_by(|a, b| a.1.total_cmp(&b.1));
-                match nearest {
-                    Some((k, _)) => hidden[k] += cosine * cell.solid_angle,
+            if cosine > 0.0 && !desk.ball_hides(origin, cell.dir_world) {
+                match nearest_hiding(&mut hiding, origin, cell.dir_world) {
+                    Some(hiding) => hiding.share += cosine * cell.solid_angle,
                     None => weight = cosine * cell.solid_angle,
                 }
             }
             for mirrored in &mirrored {
-                weight += mirrored.weight(cell, point.normal_world);
+                weight += mirrored.weight(cell);
             }
             self.weights.push(weight);
         }
-        self.hidden.push(hidden.into_iter().enumerate().filter(|(_, share)| *share > 0.0).collect());
+        self.mirrored.push(mirrored);
+        self.hidden.push(hiding.iter().filter(|h| h.share > 0.0).map(|h| (h.place, h.share)).collect());
     }
+}
+
+/// A phantom that may hide a part of the sky from a point.
+struct Hiding<'a> {
+    place: usize,
+    phantom: &'a PhantomSolid,
+    /// The triangle that was hit last.
+    guess: usize,
+    /// What it hides, steradian weighted by the cosine.
+    share: f32,
+}
+
+fn nearest_hiding<'b, 'a>(hiding: &'b mut [Hiding<'a>], origin: Vec3, dir: Vec3) -> Option<&'b mut Hiding<'a>> {
+    let mut nearest: Option<usize> = None;
+    for k in 0..hiding.len() {
+        let Hiding { phantom, guess, .. } = &mut hiding[k];
+        if !phantom.is_hit(origin, dir, guess) {
+            continue;
+        }
+        // How far away they are counts where one stands behind the other only.
+        let distance = |k: usize| hiding[k].phantom.hit(origin, dir).map_or(f32::MAX, |(distance, _)| distance);
+        nearest = Some(nearest.filter(|&other| distance(other) <= distance(k)).unwrap_or(k));
+    }
+    nearest.map(|k| &mut hiding[k])
 }
 
 /// What a light at a finite distance sends to points of the desk.
@@ -145,10 +164,14 @@ pub(super) struct NearLight<'a> {
 
 impl NearLight<'_> {
     /// Irradiance per radiance of cells at a point: directly, in place of the light from far away, and by way of the balls.
-    pub(super) fn weights(&self, point: &MeterPoint, cells: impl Iterator<Item = SkyCell>) -> Vec<f32> {
+    pub(super) fn weights(
+        &self,
+        point: &MeterPoint,
+        mirrored: &[MirroredSky],
+        cells: impl Iterator<Item = SkyCell>,
+    ) -> Vec<f32> {
         let from = point.pos_world + SURFACE_OFFSET * point.normal_world;
-        let balls = self.desk.balls.iter();
-        let mirrored: Vec<MirroredSky> = balls.filter_map(|ball| MirroredSky::new(ball.center - from, *ball)).collect();
+        let mut guesses = vec![0; self.desk.phantoms.len()];
         cells
             .map(|cell| {
                 let to_light = self.origin + self.distance * cell.dir_world - from;
@@ -156,65 +179,23 @@ impl NearLight<'_> {
                 let dir = to_light / distance;
                 let solid_angle = cell.solid_angle * (self.distance / distance).powi(2);
                 let cosine = dir.dot(point.normal_world);
-                let direct = if cosine > 0.0 && !self.desk.hides(from, dir) { cosine * solid_angle } else { 0.0 };
-                direct + mirrored.iter().map(|mirrored| mirrored.weight(&cell, point.normal_world)).sum::<f32>()
+                let is_lit = cosine > 0.0 && !self.desk.hides(from, dir, &mut guesses);
+                let direct = if is_lit { cosine * solid_angle } else { 0.0 };
+                direct + mirrored.iter().map(|mirrored| mirrored.weight(&cell)).sum::<f32>()
             })
             .collect()
     }
 }
 
 impl Desk<'_> {
-    fn hides(&self, origin: Vec3, dir: Vec3) -> bool {
+    fn ball_hides(&self, origin: Vec3, dir: Vec3) -> bool {
         self.balls.iter().any(|ball| sphere_is_hit(ball.center - origin, ball.radius, dir))
-            || self.phantoms.iter().any(|phantom| phantom.casts && phantom.hit(origin, dir).is_some())
-    }
-}
-
-/// The sky's image in the ball as a point near it sees it.
-struct MirroredSky {
-    ball: BallView,
-    /// From the ball to the point.
-    axis: Vec3,
-    reflectance: f32,
-    /// Angles of surface points by mirrored angle, evenly spaced over 0…π.
-    normal_angles: [f32; Self::STEPS + 1],
-}
-
-impl MirroredSky {
-    const STEPS: usize = 90;
-
-    fn new(to_ball: Vec3, ball: MirrorBall) -> Option<Self> {
-        let distance = to_ball.length();
-        if distance > FARTHEST_MIRRORING * ball.radius || distance <= 1.001 * ball.radius {
-            return None;
-        }
-        let view = BallView { center_camera: Vec3::new(0.0, 0.0, -distance), radius: ball.radius };
-        let last = PI - view.hidden_half_angle();
-        let normal_angles = std::array::from_fn(|i| view.normal_angle((i as f32 * PI / Self::STEPS as f32).min(last)));
-        Some(Self { ball: view, axis: -to_ball / distance, reflectance: ball.reflectance, normal_angles })
     }
 
-    /// Irradiance per radiance of a cell that arrives by way of the ball, steradian.
-    fn weight(&self, cell: &SkyCell, normal: Vec3) -> f32 {
-        let along = self.axis.dot(cell.dir_world).clamp(-1.0, 1.0);
-        let angle = along.acos();
-        if angle >= PI - self.ball.hidden_half_angle() {
-            return 0.0;
-        }
-        let step = angle * Self::STEPS as f32 / PI;
-        let i = (step as usize).min(Self::STEPS - 1);
-        let theta = self.normal_angles[i] + (step - i as f32) * (self.normal_angles[i + 1] - self.normal_angles[i]);
-        let (sin, cos) = theta.sin_cos();
-        let distance = self.ball.distance() / self.ball.radius;
-        let view_angle = sin.atan2(distance - cos);
-        // How much smaller the image is than what it shows: dβ/dφ along, sin β / sin φ across.
-        let slope = (distance * cos - 1.0) / (distance * distance + 1.0 - 2.0 * distance * cos);
-        let along_axis = (slope / (2.0 + slope)).max(0.0);
-        let across = if angle > 1e-3 { view_angle.sin() / angle.sin().max(1e-3) } else { along_axis };
-        let side = (cell.dir_world - self.axis * along).normalize_or_zero();
-        let (sin_view, cos_view) = view_angle.sin_cos();
-        let towards_ball = side * sin_view - self.axis * cos_view;
-        self.reflectance * cell.solid_angle * along_axis * across * normal.dot(towards_ball).max(0.0)
+    fn hides(&self, origin: Vec3, dir: Vec3, guesses: &mut [usize]) -> bool {
+        let mut phantoms = self.phantoms.iter().zip(guesses);
+        self.ball_hides(origin, dir)
+            || phantoms.any(|(phantom, guess)| phantom.casts && phantom.is_hit(origin, dir, guess))
     }
 }
 

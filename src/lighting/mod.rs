@@ -72,11 +72,16 @@
 //!
 //! Sources: Debevec et al. 2012; Supan 2006 (row C7) for lights out of an environment map.
 
+mod albedos;
 mod camera_match;
 mod dark_ball;
+mod desk_picture;
+mod equations;
 mod find;
+mod gains;
 mod least_squares;
 mod meter;
+mod mirrored_sky;
 mod near_light;
 mod ray_cast;
 mod real_light;
@@ -85,16 +90,19 @@ mod regions;
 mod self_check;
 mod sky;
 mod solve;
+mod solved_light;
 mod triangulate;
 
 pub use camera_match::{CameraMatch, match_cameras};
+pub use desk_picture::DeskPicture;
 pub use find::FoundLight;
 pub use meter::{MirrorBall, Paper};
 pub use ray_cast::PhantomSolid;
 pub use real_light::{RealLight, RealLightAppeared, RealLightVanished};
 pub use recover::RecoveredLight;
 pub use self_check::SelfCheck;
-pub use solve::{DeskPicture, SolvedLight, SolvedRegion, SolverCache, solve_light};
+pub use solve::{SolverCache, solve_light};
+pub use solved_light::{SolvedLight, SolvedRegion};
 
 use crate::MirrorballSystems;
 use bevy::prelude::*;

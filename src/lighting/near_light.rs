@@ -6,8 +6,10 @@
 
 use super::{
     MirrorBall,
+    desk_picture::DeskPicture,
+    equations::{GRAY, Problem, with_gray},
+    gains::GraySolution,
     meter::{Desk, NearLight, Surface},
-    solve::{DeskPicture, GRAY, GraySolution, Problem, with_gray},
 };
 use bevy::prelude::*;
 
@@ -202,7 +204,8 @@ impl Problem<'_> {
         let cells = &self.regions[region].cells;
         let shares = self.equations.iter().map(|equation| {
             let (mut free, mut limited) = (Vec3::ZERO, Vec3::ZERO);
-            let weights = light.weights(&equation.point, cells.iter().map(|&i| self.sky[i]));
+            let mirrored = &self.meter.mirrored[equation.meter_index];
+            let weights = light.weights(&equation.point, mirrored, cells.iter().map(|&i| self.sky[i]));
             for ((&i, share), weight) in cells.iter().zip(&self.profiles[region]).zip(weights) {
                 free += weight * share * self.sky[i].clipped;
                 limited += weight * share * self.sky[i].limited;

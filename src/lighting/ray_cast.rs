@@ -18,10 +18,15 @@ pub struct PhantomSolid {
     triangles: Vec<[Vec3; 3]>,
     center: Vec3,
     radius: f32,
+    /// Corners of the box about it.
+    bounds: [Vec3; 2],
 }
 
 /// Rays start this far from the surface they belong to, in metres: meshes are no better than that.
 pub(super) const SURFACE_OFFSET: f32 = 5e-4;
+
+/// Boxes about solids are wider by this, so that flat ones have a volume, metres.
+const BOUNDS_MARGIN: f32 = 1e-5;
 
 impl PhantomSolid {
     /// Takes the triangles of a mesh; `None` if it has none that the CPU can read.
@@ -57,7 +62,15 @@ impl PhantomSolid {
         }
         let center = 0.5 * (low + high);
         let radius = triangles.iter().flatten().map(|p| p.distance(center)).fold(0.0, f32::max);
-        Some(Self { casts: true, receives: true, reflectance: None, triangles, center, radius })
+        Some(Self {
+            casts: true,
+            receives: true,
+            reflectance: None,
+            triangles,
+            center,
+            radius,
+            bounds: [low - BOUNDS_MARGIN, high + BOUNDS_MARGIN],
+        })
     }
 
     /// Whether every corner lies within a sphere: a stand-in for the ball itself.
@@ -67,33 +80,72 @@ impl PhantomSolid {
 
     /// Distance along a ray to the nearest of its triangles and that triangle's normal, towards the ray's origin.
     pub(super) fn hit(&self, origin: Vec3, dir: Vec3) -> Option<(f32, Vec3)> {
-        if !sphere_is_hit(self.center - origin, self.radius, dir) {
+        if !self.is_near(origin, dir) {
             return None;
         }
-        let mut nearest: Option<(f32, Vec3)> = None;
-        for [a, b, c] in &self.triangles {
-            // Möller & Trumbore 1997, both sides.
-            let (ab, ac) = (*b - *a, *c - *a);
-            let p = dir.cross(ac);
-            let det = ab.dot(p);
-            if det.abs() < 1e-12 {
-                continue;
-            }
-            let from_a = origin - *a;
-            let u = from_a.dot(p) / det;
-            let q = from_a.cross(ab);
-            let v = dir.dot(q) / det;
-            if u < 0.0 || v < 0.0 || u + v > 1.0 {
-                continue;
-            }
-            let t = ac.dot(q) / det;
-            if t > 0.0 && nearest.is_none_or(|(best, _)| t < best) {
-                let normal = ab.cross(ac).normalize_or_zero();
-                nearest = Some((t, if normal.dot(dir) > 0.0 { -normal } else { normal }));
+        let mut nearest: Option<(f32, &[Vec3; 3])> = None;
+        for triangle in &self.triangles {
+            if let Some(distance) = triangle_distance(triangle, origin, dir)
+                && nearest.is_none_or(|(best, _)| distance < best)
+            {
+                nearest = Some((distance, triangle));
             }
         }
-        nearest
+        nearest.map(|(distance, [a, b, c])| {
+            let normal = (*b - *a).cross(*c - *a).normalize_or_zero();
+            (distance, if normal.dot(dir) > 0.0 { -normal } else { normal })
+        })
     }
+
+    /// Whether a ray hits any of its triangles. Rays that follow each other mostly hit the same one: `guess` is its place.
+    pub(super) fn is_hit(&self, origin: Vec3, dir: Vec3, guess: &mut usize) -> bool {
+        if !self.is_near(origin, dir) {
+            return false;
+        }
+        let is_hit = |triangle: &[Vec3; 3]| triangle_distance(triangle, origin, dir).is_some();
+        if self.triangles.get(*guess).is_some_and(is_hit) {
+            return true;
+        }
+        let found = self.triangles.iter().position(is_hit);
+        *guess = found.unwrap_or(*guess);
+        found.is_some()
+    }
+
+    /// Whether any of it is above a plane.
+    pub(super) fn is_above(&self, origin: Vec3, normal: Vec3) -> bool {
+        (self.center - origin).dot(normal) > -self.radius
+    }
+
+    /// Whether a ray comes near it: sphere first, then box (Kay & Kajiya 1986).
+    fn is_near(&self, origin: Vec3, dir: Vec3) -> bool {
+        if !sphere_is_hit(self.center - origin, self.radius, dir) {
+            return false;
+        }
+        let (a, b) = ((self.bounds[0] - origin) / dir, (self.bounds[1] - origin) / dir);
+        a.max(b).min_element() >= a.min(b).max_element().max(0.0)
+    }
+}
+
+/// Distance along a ray to a triangle, seen from both sides (Möller & Trumbore 1997).
+fn triangle_distance([a, b, c]: &[Vec3; 3], origin: Vec3, dir: Vec3) -> Option<f32> {
+    let (ab, ac) = (*b - *a, *c - *a);
+    let p = dir.cross(ac);
+    let det = ab.dot(p);
+    if det.abs() < 1e-12 {
+        return None;
+    }
+    let from_a = origin - *a;
+    let u = from_a.dot(p) / det;
+    if u.min(1.0 - u) < 0.0 {
+        return None;
+    }
+    let q = from_a.cross(ab);
+    let v = dir.dot(q) / det;
+    if v < 0.0 || u + v > 1.0 {
+        return None;
+    }
+    let distance = ac.dot(q) / det;
+    (distance > 0.0).then_some(distance)
 }
 
 /// Whether a ray from the origin hits a sphere; from inside it always does.
@@ -116,5 +168,26 @@ mod tests {
         assert!(solid.hit(Vec3::new(0.15, 0.0, 0.0), Vec3::Y).is_none());
         assert!(solid.hit(Vec3::ZERO, Vec3::NEG_Y).is_none());
         assert!(solid.is_within(Vec3::Y, 0.2) && !solid.is_within(Vec3::ZERO, 0.2));
+    }
+
+    #[test]
+    fn whether_a_ray_hits_does_not_depend_on_the_guess() {
+        let mesh = Cylinder::new(0.04, 0.1).mesh().build();
+        let solid = PhantomSolid::from_mesh(&mesh, &Affine3A::from_translation(Vec3::new(0.1, 0.05, 0.0)))
+            .expect("a can has triangles");
+        let origin = Vec3::new(0.0, 0.02, 0.03);
+        let (mut guess, mut hits) = (0, 0);
+        for i in 0..4000_i16 {
+            let y = 1.0 - 2.0 * (f32::from(i) + 0.5) / 4000.0;
+            let (sin, cos) = (f32::from(i) * 2.4).sin_cos();
+            let across = (1.0 - y * y).sqrt();
+            let dir = Vec3::new(across * cos, y, across * sin);
+            let is_hit = solid.is_hit(origin, dir, &mut guess);
+            assert_eq!(is_hit, solid.hit(origin, dir).is_some(), "{dir}");
+            assert_eq!(is_hit, solid.triangles.iter().any(|t| triangle_distance(t, origin, dir).is_some()), "{dir}");
+            hits += usize::from(is_hit);
+        }
+        assert!((100..1000).contains(&hits), "{hits}");
+        assert!(solid.is_above(origin, Vec3::Y) && !solid.is_above(Vec3::Y, Vec3::Y));
     }
 }

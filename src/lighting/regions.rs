@@ -1,7 +1,9 @@
 //! Clipped light in pieces: connected cells, large ones split where they vary most in direction.
 
-use super::sky::SkyCell;
+use super::sky::{SKY_EDGE, SkyCell};
+use crate::probe::cube_directions;
 use bevy::{math::Mat3, prelude::*};
+use std::sync::LazyLock;
 
 /// Cells of the sky that go together.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,23 +56,45 @@ impl Region {
     }
 }
 
+/// Per cell of a cube with [`SKY_EDGE`], the cells that share an edge or a corner with it.
+static NEIGHBORS: LazyLock<Vec<Vec<usize>>> = LazyLock::new(|| {
+    let cells: Vec<(Vec3, f32)> = cube_directions(SKY_EDGE).collect();
+    let mut by_x: Vec<usize> = (0..cells.len()).collect();
+    by_x.sort_by(|&a, &b| cells[a].0.x.total_cmp(&cells[b].0.x));
+    let sorted_x: Vec<f32> = by_x.iter().map(|&i| cells[i].0.x).collect();
+    let neighbors = |(i, (dir, solid_angle)): (usize, &(Vec3, f32))| {
+        // Cells that share a corner are at most this far apart; those in the corners of a cube are the smallest.
+        let reach = 1.7 * solid_angle.sqrt();
+        let from = sorted_x.partition_point(|x| *x < dir.x - reach);
+        let to = sorted_x.partition_point(|x| *x <= dir.x + reach);
+        let is_near = |j: &usize| *j != i && cells[*j].0.distance_squared(*dir) < reach * reach;
+        by_x[from..to].iter().copied().filter(is_near).collect()
+    };
+    cells.iter().enumerate().map(neighbors).collect()
+});
+
+/// Cells that share an edge or a corner with a cell of the sky.
+pub(super) fn neighbors_of(cell: usize) -> &'static [usize] {
+    &NEIGHBORS[cell]
+}
+
 /// Groups of cells that touch each other.
 pub(super) fn connected(cells: &[usize], sky: &[SkyCell]) -> Vec<Vec<usize>> {
-    let mut rest = cells.to_vec();
+    let mut is_left = vec![false; sky.len()];
+    for &i in cells {
+        is_left[i] = true;
+    }
     let mut groups = Vec::new();
-    while let Some(first) = rest.pop() {
+    for &first in cells.iter().rev() {
+        if !std::mem::take(&mut is_left[first]) {
+            continue;
+        }
         let mut group = vec![first];
         let mut at = 0;
         while at < group.len() {
-            let from = &sky[group[at]];
-            // Cells that share a corner are at most this far apart; those in the corners of a cube are the smallest.
-            let reach = 1.7 * from.solid_angle.sqrt();
-            let mut i = 0;
-            while i < rest.len() {
-                if sky[rest[i]].dir_world.distance_squared(from.dir_world) < reach * reach {
-                    group.push(rest.swap_remove(i));
-                } else {
-                    i += 1;
+            for &i in neighbors_of(group[at]) {
+                if std::mem::take(&mut is_left[i]) {
+                    group.push(i);
                 }
             }
             at += 1;
@@ -83,12 +107,9 @@ pub(super) fn connected(cells: &[usize], sky: &[SkyCell]) -> Vec<Vec<usize>> {
 /// How the extra light of a region's cells is shaped, mean 1 (weighted by clipped light): more towards the middle of what is
 /// clipped.
 pub(super) fn profiles(sky: &[SkyCell], regions: &[Region], power: f32) -> Vec<Vec<f32>> {
-    let (clipped, open): (Vec<usize>, Vec<usize>) = (0..sky.len()).partition(|&i| is_clipped(&sky[i]));
-    let is_edge = |i: &usize| {
-        let reach = 1.7 * sky[*i].solid_angle.sqrt();
-        clipped.iter().any(|&j| sky[j].dir_world.distance_squared(sky[*i].dir_world) < reach * reach)
-    };
-    let edge: Vec<usize> = open.into_iter().filter(is_edge).collect();
+    let clipped: Vec<bool> = sky.iter().map(is_clipped).collect();
+    let is_edge = |i: &usize| !clipped[*i] && neighbors_of(*i).iter().any(|&j| clipped[j]);
+    let edge: Vec<usize> = (0..sky.len()).filter(is_edge).collect();
     let profile = |region: &Region| {
         let depth = |i: usize| {
             let nearest = edge.iter().map(|&j| sky[j].dir_world.distance_squared(sky[i].dir_world));

@@ -1,9 +1,9 @@
 //! A virtual ball over the real one: how well the light that is shown explains the newest picture.
 
 use super::{
+    desk_picture::DeskPicture,
     find::FoundLight,
     sky::{SKY_EDGE, SkyCell, cell_index},
-    solve::DeskPicture,
 };
 use crate::{
     camera::srgb_to_linear,

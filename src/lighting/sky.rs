@@ -1,6 +1,6 @@
 //! The ball's picture as a cube of small cells, with what of each cell the camera clipped.
 
-use super::{meter::MirrorBall, solve::DeskPicture};
+use super::{desk_picture::DeskPicture, meter::MirrorBall};
 use crate::{
     camera::{FramePixels, Intrinsics},
     probe::{BallSurface, BallView, ClipGains, EDGE_MARGIN_PIXELS, cube_directions, gain_limits},
@@ -34,6 +34,45 @@ impl SkyCell {
     }
 }
 
+/// [`BallView::surface_point`] for many directions: its angles from a table.
+struct SurfacePoints {
+    center_camera: Vec3,
+    /// From the ball to the camera.
+    axis: Vec3,
+    radius: f32,
+    /// Half of the largest mirrored angle, its sine.
+    last: f32,
+    /// Sine and cosine of the angle of the ball's normal, by the sine of half of the mirrored angle, evenly spaced over 0…1.
+    normals: Vec<Vec2>,
+}
+
+impl SurfacePoints {
+    const STEPS: usize = 512;
+
+    fn new(ball: &BallView, edge_angle: f32) -> Self {
+        let normal = |step: usize| {
+            let mirrored_angle = (2.0 * (step as f32 / Self::STEPS as f32).asin()).min(edge_angle);
+            Vec2::from(ball.normal_angle(mirrored_angle).sin_cos())
+        };
+        Self {
+            center_camera: ball.center_camera,
+            axis: -ball.center_camera.normalize(),
+            radius: ball.radius,
+            last: (0.5 * edge_angle).sin(),
+            normals: (0..=Self::STEPS).map(normal).collect(),
+        }
+    }
+
+    fn at(&self, dir_camera: Vec3) -> Vec3 {
+        let along = self.axis.dot(dir_camera);
+        let side = (dir_camera - self.axis * along).normalize_or(self.axis.any_orthonormal_vector());
+        let step = (0.5 - 0.5 * along).max(0.0).sqrt().min(self.last) * Self::STEPS as f32;
+        let i = (step as usize).min(Self::STEPS - 1);
+        let normal = self.normals[i].lerp(self.normals[i + 1], step - i as f32);
+        self.center_camera + self.radius * (self.axis * normal.y + side * normal.x)
+    }
+}
+
 /// Where a ball is looked at.
 #[derive(Clone, Copy)]
 pub(super) struct BallPicture<'a> {
@@ -62,8 +101,8 @@ impl<'a> BallPicture<'a> {
     pub(super) fn sky(&self, edge: u32) -> Vec<SkyCell> {
         const SUBSAMPLES: u32 = 2;
         let edge_angle = self.ball.edge_angle(self.intrinsics, EDGE_MARGIN_PIXELS);
-        let fine: Vec<(Vec3, f32)> = cube_directions(edge).collect();
-        fine.into_iter()
+        let points = SurfacePoints::new(self.ball, edge_angle);
+        cube_directions(edge)
             .map(|(dir_world, solid_angle)| {
                 let mut cell = SkyCell { dir_world, solid_angle, ..default() };
                 let step = solid_angle.sqrt() / SUBSAMPLES as f32;
@@ -75,7 +114,7 @@ impl<'a> BallPicture<'a> {
                         * step;
                     let dir = (dir_world + across.x * right + across.y * up).normalize();
                     let dir_camera = self.camera_from_world.transform_vector3(dir);
-                    let point = self.ball.surface_point(dir_camera, edge_angle);
+                    let point = points.at(dir_camera);
                     if let Some(pixel) = self.intrinsics.project(point) {
                         let share = 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32;
                         self.add_bilinear(&mut cell, &mut limits, pixel, share / self.reflectance_at(point));
@@ -153,6 +192,17 @@ mod tests {
     fn every_cell_is_found_by_its_direction() {
         for (i, (dir, _)) in cube_directions(SKY_EDGE).enumerate() {
             assert_eq!(cell_index(dir, SKY_EDGE), i, "{dir}");
+        }
+    }
+
+    #[test]
+    fn points_of_the_ball_from_the_table_are_those_that_are_solved_for() {
+        let ball = BallView { center_camera: Vec3::new(0.1, -0.15, -0.6), radius: 0.05 };
+        let edge_angle = 2.7;
+        let points = SurfacePoints::new(&ball, edge_angle);
+        for (dir, _) in cube_directions(SKY_EDGE) {
+            let off = points.at(dir).distance(ball.surface_point(dir, edge_angle));
+            assert!(off < 1e-3 * ball.radius, "{dir}: {off}");
         }
     }
 }

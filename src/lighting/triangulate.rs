@@ -5,10 +5,10 @@
 
 use super::{
     MirrorBall,
+    desk_picture::DeskPicture,
     find::FoundLight,
     regions::{Region, connected},
     sky::{BallPicture, SKY_EDGE},
-    solve::DeskPicture,
 };
 use crate::probe::{BallView, EDGE_MARGIN_PIXELS};
 use bevy::prelude::*;

@@ -1,0 +1,111 @@
+//! Surfaces of unknown albedo: one or two per phantom, told apart by their brightness under the light as it is known so far.
+
+use super::{
+    equations::{GRAY, Problem},
+    meter::Surface,
+};
+
+impl Problem<'_> {
+    /// Inverse albedo of each class in a channel: the median.
+    pub(super) fn albedos(&self, channel: usize, x: &[f64]) -> Vec<f64> {
+        let classes = self.equations.iter().filter_map(|e| e.class).max().map_or(0, |most| most + 1);
+        (0..classes)
+            .map(|class| {
+                let mut ratios: Vec<f64> = self
+                    .equations
+                    .iter()
+                    .filter(|e| e.class == Some(class))
+                    .map(|e| self.irradiance(e, channel, x) / e.exitance[channel].max(1e-9))
+                    .filter(|ratio| ratio.is_finite())
+                    .collect();
+                ratios.sort_by(f64::total_cmp);
+                ratios.get(ratios.len() / 2).copied().unwrap_or(2.0)
+            })
+            .collect()
+    }
+
+    /// Tells surfaces of different albedo apart, and returns their inverse albedos.
+    pub(super) fn classify(&mut self, x: &[f64]) -> Vec<f64> {
+        let logs: Vec<f64> = self
+            .equations
+            .iter()
+            .map(|e| (e.exitance[GRAY].max(1e-6) / self.irradiance(e, GRAY, x).max(1e-6)).ln())
+            .collect();
+        let mut phantoms: Vec<usize> = self
+            .equations
+            .iter()
+            .filter_map(|e| match e.point.surface {
+                Surface::Phantom(k) => Some(k),
+                Surface::Paper => None,
+            })
+            .collect();
+        phantoms.sort_unstable();
+        phantoms.dedup();
+        let mut classes = 0;
+        for phantom in phantoms {
+            let members: Vec<usize> = (0..self.equations.len())
+                .filter(|&i| {
+                    let e = &self.equations[i];
+                    e.point.surface == Surface::Phantom(phantom) && e.point.reflectance.is_none() && logs[i].is_finite()
+                })
+                .collect();
+            if members.len() < LEAST_POINTS {
+                for i in members {
+                    self.equations[i].class = None;
+                }
+                continue;
+            }
+            let threshold = two_albedos(&members.iter().map(|&i| logs[i]).collect::<Vec<_>>());
+            for i in members {
+                let class = threshold.map_or(0, |limit| usize::from(logs[i] > limit));
+                self.equations[i].class = Some(classes + class);
+            }
+            classes += if threshold.is_some() { 2 } else { 1 };
+        }
+        self.albedos(GRAY, x)
+    }
+}
+
+/// Phantoms with fewer points in view tell nothing.
+const LEAST_POINTS: usize = 8;
+/// Two albedos differ by at least this much (logarithm), and by this many times the scatter of each.
+const LEAST_CONTRAST: (f64, f64) = (0.08, 3.2);
+
+/// Where logarithms of albedos fall into two groups: the border between them.
+fn two_albedos(logs: &[f64]) -> Option<f64> {
+    let mut sorted = logs.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    // Tails are shadows and shine, no albedos.
+    let n = sorted.len();
+    let core = &sorted[n / 20..n - n / 20];
+    let sums: Vec<f64> = core
+        .iter()
+        .scan(0.0, |sum, v| {
+            *sum += v;
+            Some(*sum)
+        })
+        .collect();
+    let (total, count) = (*sums.last()?, core.len() as f64);
+    // Otsu 1979: the border with the largest variance between the groups.
+    let best = (core.len() / 10..core.len() - core.len() / 10).max_by(|&i, &j| {
+        let between = |i: usize| {
+            let (left, right) = (i as f64 + 1.0, count - i as f64 - 1.0);
+            left * right * (sums[i] / left - (total - sums[i]) / right.max(1.0)).powi(2)
+        };
+        between(i).total_cmp(&between(j))
+    })?;
+    let scatter = |part: &[f64]| {
+        let median = part[part.len() / 2];
+        let mut sizes: Vec<f64> = part.iter().map(|v| (v - median).abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        (median, 1.48 * sizes[sizes.len() / 2])
+    };
+    let (left, right) = core.split_at(best + 1);
+    if left.is_empty() || right.is_empty() {
+        return None;
+    }
+    let ((low, low_scatter), (high, high_scatter)) = (scatter(left), scatter(right));
+    let gap = high - low;
+    (gap > LEAST_CONTRAST.0 && gap > LEAST_CONTRAST.1 * 0.5 * (low_scatter + high_scatter))
+        .then_some(0.5 * (low + high))
+}

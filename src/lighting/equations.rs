@@ -1,0 +1,228 @@
+//! Points of the desk → equations: what each point shows, and what reaches it per unknown.
+
+use super::{
+    dark_ball::{DarkReading, read_dark_balls},
+    desk_picture::DeskPicture,
+    meter::{Meter, MeterPoint, Surface, brightness},
+    regions::{Region, profiles, shaped},
+    sky::SkyCell,
+};
+use bevy::prelude::*;
+use std::f32::consts::PI;
+
+/// One point, as the picture shows it, and what reaches it per unknown. Index 3 of arrays is the mean of the channels.
+pub(super) struct Equation {
+    pub point: MeterPoint,
+    /// Its place in the meter.
+    pub meter_index: usize,
+    /// π · radiance; NaN where clipped.
+    pub exitance: [f64; 4],
+    /// Irradiance with clipped light taken for white.
+    pub seen: [f64; 4],
+    /// What one unit of extra gain adds, per region.
+    pub per_gain: Vec<[f64; 4]>,
+    /// The same of light that may be brighter only up to its region's limit.
+    pub limited: Vec<[f64; 4]>,
+    /// Number of the unknown albedo.
+    pub class: Option<usize>,
+}
+
+pub(super) struct Problem<'a> {
+    pub meter: &'a Meter,
+    pub sky: &'a [SkyCell],
+    pub regions: &'a [Region],
+    /// Per region, the extra gain from which on limited light grows no more.
+    pub limits: Vec<[f64; 4]>,
+    /// Regions that touch: parts of one window, mostly.
+    pub neighbors: Vec<(usize, usize)>,
+    pub equations: Vec<Equation>,
+    /// What darker balls say: extra gain per region and channel, or at least that.
+    pub readings: Vec<GainReading>,
+    /// Per region, how its extra light is shaped.
+    pub profiles: Vec<Vec<f32>>,
+    /// Where lights are that are not far away.
+    pub positions: Vec<Option<Vec3>>,
+}
+
+/// Extra gain of a region as a darker ball shows it, per channel.
+pub(super) struct GainReading {
+    pub region: usize,
+    pub gain: [f64; 4],
+    pub is_bound: [bool; 4],
+}
+
+/// Gray: the mean of the channels.
+pub(super) const GRAY: usize = 3;
+/// How much brighter a lamp is in the middle of what is clipped than near its edge: power of the distance to the edge. Lamps and
+/// windows have bright middles and dim rims, and where a soft box is brightest decides how flat its light falls.
+const PROFILE: f32 = 1.5;
+
+impl<'a> Problem<'a> {
+    pub(super) fn new(picture: &DeskPicture, meter: &'a Meter, sky: &'a [SkyCell], regions: &'a [Region]) -> Self {
+        let readings = read_dark_balls(picture, sky, regions);
+        let mut profiles = profiles(sky, regions, PROFILE);
+        for (reading, shape) in readings.iter().filter_map(|reading| Some((reading, reading.shape.as_ref()?))) {
+            profiles[reading.region] = shaped(&regions[reading.region], sky, shape);
+        }
+        let seen_by_cell: Vec<Vec3> = sky.iter().map(|cell| cell.seen).collect();
+        let clipped_by_cell = |(region, profile): (&Region, &Vec<f32>)| {
+            let cells = region.cells.iter().zip(profile);
+            let cells = cells.map(|(&i, share)| (i, *share * sky[i].clipped, *share * sky[i].limited));
+            cells.collect::<Vec<_>>()
+        };
+        let clipped_by_region: Vec<_> = regions.iter().zip(&profiles).map(clipped_by_cell).collect();
+        let colors = phantom_colors(picture, meter, sky);
+        let mut equations = Vec::with_capacity(meter.points.len());
+        for (i, point) in meter.points.iter().enumerate() {
+            let pos_camera = picture.camera_from_world.transform_point3(point.pos_world);
+            let Some(radiance) =
+                picture.intrinsics.project(pos_camera).and_then(|pixel| brightness(&picture.frame, pixel))
+            else {
+                continue;
+            };
+            let weights = &meter.weights[i * sky.len()..(i + 1) * sky.len()];
+            let mut seen = weighted_sum(weights, &seen_by_cell);
+            let (mut per_gain, mut limited) = (Vec::with_capacity(regions.len()), Vec::with_capacity(regions.len()));
+            for cells in &clipped_by_region {
+                let mut sums = (Vec3::ZERO, Vec3::ZERO);
+                for &(cell, free, limited) in cells {
+                    sums.0 += weights[cell] * free;
+                    sums.1 += weights[cell] * limited;
+                }
+                per_gain.push(with_gray(sums.0));
+                limited.push(with_gray(sums.1));
+            }
+            for (phantom, share) in &meter.hidden[i] {
+                seen += *share * colors[*phantom];
+            }
+            equations.push(Equation {
+                point: *point,
+                meter_index: i,
+                exitance: with_gray(PI * radiance),
+                seen: with_gray(seen),
+                per_gain,
+                limited,
+                class: None,
+            });
+        }
+        let limits = regions.iter().map(|region| mean_limit(region, sky)).collect();
+        let readings = gain_readings(readings, sky, regions);
+        Self {
+            meter,
+            sky,
+            regions,
+            limits,
+            neighbors: neighbors(regions),
+            equations,
+            readings,
+            profiles,
+            positions: vec![None; regions.len()],
+        }
+    }
+
+    /// Irradiance with clipped light raised.
+    pub(super) fn irradiance(&self, equation: &Equation, channel: usize, x: &[f64]) -> f64 {
+        equation.seen[channel] + self.extra(equation, channel, x)
+    }
+
+    /// What the extra gains add.
+    pub(super) fn extra(&self, equation: &Equation, channel: usize, x: &[f64]) -> f64 {
+        let parts = equation.per_gain.iter().zip(&equation.limited).zip(&self.limits).zip(x);
+        parts.map(|(((free, limited), limit), x)| free[channel] * x + limited[channel] * x.min(limit[channel])).sum()
+    }
+
+    /// Mean irradiance of the paper.
+    pub(super) fn open_irradiance(&self, channel: usize, x: &[f64]) -> f64 {
+        let papers = self.equations.iter().filter(|e| e.point.surface == Surface::Paper);
+        let (sum, count) = papers.fold((0.0, 0.0), |(s, n), e| (s + self.irradiance(e, channel, x), n + 1.0));
+        f64::max(sum / f64::max(count, 1.0), 1e-6)
+    }
+
+    pub(super) fn paper_ratio(&self, channel: usize, x: &[f64]) -> f32 {
+        let (mut ours, mut theirs) = (0.0, 0.0);
+        for equation in self.equations.iter().filter(|e| e.point.surface == Surface::Paper) {
+            let wanted = equation.exitance[channel] / equation.point.reflectance.map_or(1.0, |r| with_gray(r)[channel]);
+            if wanted.is_finite() {
+                ours += self.irradiance(equation, channel, x);
+                theirs += wanted;
+            }
+        }
+        if theirs > 0.0 { (ours / theirs) as f32 } else { 1.0 }
+    }
+}
+
+fn neighbors(regions: &[Region]) -> Vec<(usize, usize)> {
+    let is_near = |a: &Region, b: &Region| a.dir_world.distance(b.dir_world) < 2.0 * (a.spread + b.spread);
+    (0..regions.len())
+        .flat_map(|r| (r + 1..regions.len()).map(move |s| (r, s)))
+        .filter(|&(r, s)| is_near(&regions[r], &regions[s]))
+        .collect()
+}
+
+fn mean_limit(region: &Region, sky: &[SkyCell]) -> [f64; 4] {
+    let (mut sum, mut total) = (Vec3::ZERO, Vec3::ZERO);
+    for cell in region.cells.iter().map(|&i| &sky[i]) {
+        sum += cell.solid_angle * cell.limited * (cell.limit - 1.0);
+        total += cell.solid_angle * cell.limited;
+    }
+    let mean = |sum: f32, total: f32| if total > 0.0 { f64::from(sum / total) } else { 0.0 };
+    let [r, g, b] = [0, 1, 2].map(|c| mean(sum[c], total[c]));
+    [r, g, b, mean(sum.element_sum(), total.element_sum())]
+}
+
+/// What the darker balls say in terms of the unknowns.
+fn gain_readings(readings: Vec<DarkReading>, sky: &[SkyCell], regions: &[Region]) -> Vec<GainReading> {
+    let in_gains = |reading: DarkReading| {
+        let cells = regions[reading.region].cells.iter().map(|&i| &sky[i]);
+        let clipped: Vec3 = cells.map(|cell| cell.solid_angle * (cell.clipped + cell.limited)).sum();
+        let (energy, clipped) = (with_gray(reading.energy.as_vec3()), with_gray(clipped));
+        let [r, g, b] = reading.is_bound;
+        GainReading {
+            region: reading.region,
+            gain: std::array::from_fn(|c| (energy[c] / clipped[c].max(1e-9) - 1.0).max(0.0)),
+            is_bound: [r, g, b, r || g || b],
+        }
+    };
+    readings.into_iter().map(in_gains).collect()
+}
+
+/// Half of the weights are zero: what lies behind the surface. A plain loop, for it is the innermost, in builds without
+/// optimization too.
+fn weighted_sum(weights: &[f32], values: &[Vec3]) -> Vec3 {
+    let values = &values[..weights.len()];
+    let (mut sum, mut i) = (Vec3::ZERO, 0);
+    while i < weights.len() {
+        if weights[i] > 0.0 {
+            sum += weights[i] * values[i];
+        }
+        i += 1;
+    }
+    sum
+}
+
+pub(super) fn with_gray(v: Vec3) -> [f64; 4] {
+    let v = v.as_dvec3();
+    [v.x, v.y, v.z, v.element_sum() / 3.0]
+}
+
+/// Mean radiance of each phantom where the picture shows it; below the horizon's where it does not.
+fn phantom_colors(picture: &DeskPicture, meter: &Meter, sky: &[SkyCell]) -> Vec<Vec3> {
+    let up = picture.papers.first().map_or(Vec3::Y, |paper| paper.world_from_marker.transform_vector3(Vec3::Y));
+    let (below, total) = sky
+        .iter()
+        .filter(|cell| cell.dir_world.dot(up) < 0.0)
+        .fold((Vec3::ZERO, 0.0), |(sum, total), cell| (sum + cell.seen * cell.solid_angle, total + cell.solid_angle));
+    let mut sums = vec![(Vec3::ZERO, 0.0_f32); picture.phantoms.len()];
+    for point in &meter.points {
+        let Surface::Phantom(k) = point.surface else {
+            continue;
+        };
+        let pixel = picture.intrinsics.project(picture.camera_from_world.transform_point3(point.pos_world));
+        if let Some(pixel) = pixel.filter(|p| p.cmpge(Vec2::ZERO).all() && p.cmplt(picture.frame.size.as_vec2()).all())
+        {
+            sums[k].0 += picture.frame.linear(pixel.x as i32, pixel.y as i32);
+            sums[k].1 += 1.0;
+        }
+    }
+    sums.into_iter().map(|(sum, count)| if count > 0.0 { sum / count } else { below / f32::max(total, 1e-6) }).collect()
+}
