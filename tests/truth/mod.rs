@@ -144,6 +144,16 @@ impl TrueSky {
         }
     }
 
+    /// Radiance from a direction as a ball of a given reflectance shows it where no lamp mixes with its surroundings.
+    #[allow(dead_code, reason = "each test file uses a part")]
+    pub(crate) fn clipped_radiance(&self, dir: Vec3, reflectance: f32) -> Vec3 {
+        let height = self.pixels.len() / self.width;
+        let azimuth = (dir.x.atan2(-dir.z) + self.rotation_degrees.to_radians()).rem_euclid(TAU);
+        let column = ((azimuth / TAU * self.width as f32) as usize).min(self.width - 1);
+        let row = ((dir.y.clamp(-1.0, 1.0).acos() / PI * height as f32) as usize).min(height - 1);
+        (self.pixels[row * self.width + column] * reflectance).min(Vec3::ONE) / reflectance
+    }
+
     /// Irradiance ÷ π at a surface. Below the horizon the map is not what the desk sees, so only the upper half counts.
     pub(crate) fn irradiance_from_above(&self, normal: Vec3) -> Vec3 {
         let height = self.pixels.len() / self.width;
