@@ -29,14 +29,22 @@
 
 mod cube_directions;
 mod cube_image;
+mod fallback;
+mod glance;
+mod lens;
 mod measure;
 mod mirror_ball;
+mod probe_camera;
 mod recovery;
+mod solids;
 mod unwrap_pass;
 
 pub use cube_image::CubeWrites;
+pub use fallback::{EnvironmentFallback, EnvironmentOrigin, SkyGradient};
+pub use lens::{FisheyeProjection, ImageCircle, LensError, ProbeLens};
 pub use measure::ProbeMeasurement;
 pub use mirror_ball::{BallView, Ellipse};
+pub use probe_camera::{LightProbeCamera, ProbeCameraState};
 pub use recovery::{ClipEvidence, ClipRecovery};
 
 pub(crate) use cube_directions::cube_directions;
@@ -44,7 +52,7 @@ pub(crate) use cube_image::cube_image;
 pub(crate) use recovery::{EDGE_MARGIN_PIXELS, gain_limits};
 pub(crate) use unwrap_pass::ClipGains;
 
-use crate::MirrorballSystems;
+use crate::{MirrorballSystems, camera::ArCamera};
 use bevy::{prelude::*, transform::TransformSystems};
 
 /// A mirrored ball standing in the real scene; its center is the entity's origin.
@@ -61,7 +69,7 @@ use bevy::{prelude::*, transform::TransformSystems};
 /// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility, ProbeMeasurement, ClipRecovery)]
+#[require(Transform, Visibility, ProbeMeasurement, ClipRecovery, glance::Glance)]
 pub struct LightProbeSphere {
     /// Radius in metres. Finite and above 0. Defaults to 0.05.
     pub radius: f32,
@@ -128,10 +136,12 @@ pub struct UniformSky {
     pub radiance: Option<Vec3>,
 }
 
-/// The environment as a cube map, on the entity of its [`LightProbeSphere`].
+/// The environment as a cube map, on the entity of every [`LightProbeSphere`], [`LightProbeCamera`] and [`ArCamera`]; it is the same
+/// on all of them.
 ///
-/// Linear camera units, world axes, 16-bit float, one mip level, edge length [`SIZE`](Self::SIZE). Written by the GPU: do
-/// not change the [`Image`] asset behind it.
+/// Linear camera units, world axes, 16-bit float, one mip level, edge length [`SIZE`](Self::SIZE). Alpha is the confidence, 0…1: pixels
+/// of the picture per texel (along an edge, at most 1) where a direction is seen, less with age where it was seen earlier, 0.001 where
+/// it is a guess. Written by the GPU: do not change the [`Image`] asset behind it.
 #[derive(Component, Clone, Debug)]
 pub struct EnvironmentCube(pub Handle<Image>);
 
@@ -155,23 +165,50 @@ impl Plugin for ProbePlugin {
             .register_type::<ClipRecovery>()
             .register_type::<ClipEvidence>()
             .register_type::<ProbeMeasurement>()
+            .register_type::<LightProbeCamera>()
+            .register_type::<ProbeCameraState>()
+            .register_type::<EnvironmentFallback>()
+            .register_type::<EnvironmentOrigin>()
+            .register_required_components::<ArCamera, EnvironmentFallback>()
             .configure_sets(PostUpdate, MirrorballSystems::Measure.after(TransformSystems::Propagate))
             .add_systems(PreUpdate, allocate_cubes.after(MirrorballSystems::Track))
-            .add_systems(PostUpdate, measure::measure_probes.in_set(MirrorballSystems::Measure));
+            .add_systems(
+                PostUpdate,
+                (
+                    (measure::measure_probes, probe_camera::view_through_lenses),
+                    fallback::choose_fallbacks.run_if(resource_exists::<Assets<Image>>),
+                )
+                    .chain()
+                    .in_set(MirrorballSystems::Measure),
+            );
         unwrap_pass::build(app);
     }
 }
 
-type NewProbe = (With<LightProbeSphere>, Without<EnvironmentCube>);
+/// The one environment cube.
+#[derive(Resource)]
+struct CubeOfAll(EnvironmentCube);
+
+type NewProbe = (
+    Or<(With<LightProbeSphere>, With<LightProbeCamera>, With<EnvironmentFallback>)>,
+    Without<EnvironmentCube>,
+);
 
 fn allocate_cubes(
     mut commands: Commands,
     mut images: ResMut<Assets<Image>>,
-    probes: Query<(Entity, &LightProbeSphere), NewProbe>,
+    cube: Option<Res<CubeOfAll>>,
+    probes: Query<(Entity, Option<&LightProbeSphere>), NewProbe>,
 ) {
-    for (probe, _) in probes.iter().filter(|(_, sphere)| !sphere.is_dark()) {
-        commands.entity(probe).insert(EnvironmentCube::allocate(&mut images));
+    let mut new = probes.iter().filter(|(_, sphere)| !sphere.is_some_and(LightProbeSphere::is_dark)).peekable();
+    if new.peek().is_none() {
+        return;
     }
+    let cube = cube.map_or_else(|| EnvironmentCube::allocate(&mut images), |cube| cube.0.clone());
+    for (probe, _) in new {
+        commands.entity(probe).insert(cube.clone());
+    }
+    commands.insert_resource(CubeOfAll(cube));
 }
 
 #[cfg(test)]
