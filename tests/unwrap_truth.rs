@@ -15,9 +15,9 @@ use bevy_mirrorball::{
 };
 use truth::TrueSky;
 
-/// Irradiance from above against that of the clipped map; the studio's and the warehouse's lamps are smaller than a pixel of the
+/// Worst channel of the irradiance from above against that of the clipped map; the studio's and the warehouse's lamps are smaller than a pixel of the
 /// ball, which clips after mixing and not before.
-const IRRADIANCE_TOLERANCE: [f32; 5] = [0.25, 0.03, 0.03, 0.25, 0.03];
+const IRRADIANCE_TOLERANCE: [f32; 5] = [0.30, 0.03, 0.03, 0.30, 0.03];
 /// Of the photograph, for balls 170, 85 and 29 pixels wide.
 const REPRODUCTION_TOLERANCE: [f32; 3] = [0.02, 0.02, 0.05];
 const REDUCTIONS: [u32; 3] = [1, 2, 6];
@@ -83,9 +83,9 @@ fn is_hidden(phantoms: &[PhantomSolid], triangles: &[[Vec3; 3]], origin: Vec3, d
 #[test]
 fn the_ball_sees_the_light_that_the_room_was_made_with() {
     let Some(folder) = shared_data::find("ar_truth") else { return };
-    let normals: Vec<Vec3> = (0..8)
-        .map(|i| Vec3::new(if i & 1 > 0 { 1.0 } else { -1.0 }, if i & 2 > 0 { 1.0 } else { -0.3 }, if i & 4 > 0 { 1.0 } else { -1.0 }).normalize())
-        .collect();
+    // Up, to the four sides, and three slanted ones.
+    let slanted = |degrees: f32| Vec3::new(degrees.to_radians().cos(), 1.0, degrees.to_radians().sin()).normalize();
+    let normals = [Vec3::Y, Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z, slanted(30.0), slanted(150.0), slanted(270.0)];
     let mut failed = Vec::new();
     for (room, tolerance) in truth::ROOMS.into_iter().zip(IRRADIANCE_TOLERANCE) {
         let picture = truth::desk_picture(&folder, room);

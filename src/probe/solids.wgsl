@@ -15,11 +15,11 @@ const PARALLEL_EPSILON: f32 = 1e-9;
 /// Where a ray is inside of a box blown up by a share per axis: from and to, in lengths of `dir`; to < from if it misses.
 fn inside_of(solid: Solid, grown: vec3f, origin: vec3f, dir: vec3f) -> vec2f {
     let place = vec4f(origin, 1.0);
-    let from = vec3f(dot(solid.x, place), dot(solid.y, place), dot(solid.z, place));
+    let start = vec3f(dot(solid.x, place), dot(solid.y, place), dot(solid.z, place));
     let raw = vec3f(dot(solid.x.xyz, dir), dot(solid.y.xyz, dir), dot(solid.z.xyz, dir));
     let along = select(raw, vec3f(PARALLEL_EPSILON), abs(raw) < vec3f(PARALLEL_EPSILON));
-    let a = (-grown - from) / along;
-    let b = (grown - from) / along;
+    let a = (-grown - start) / along;
+    let b = (grown - start) / along;
     let enter = min(a, b);
     let leave = max(a, b);
     return vec2f(max(enter.x, max(enter.y, enter.z)), min(leave.x, min(leave.y, leave.z)));

@@ -66,9 +66,11 @@ struct Unwrap {
 const PI: f32 = 3.14159265358979;
 /// Most lookups per texel along each axis; one for each pixel that it covers up to there.
 const MOST_SAMPLES: f32 = 4.0;
-/// How much steeper than linear the passage from pixel to pixel is, so that a pixel's mean stays its own (5 % leak to each
+/// How much steeper than linear the passage from pixel to pixel is, so that a pixel's mean stays its own (4 % leak to each
 /// neighbor instead of 12.5 %).
-const SHARPNESS: f32 = 3.0;
+const SHARP: f32 = 3.0;
+/// Linear, for the rim of a ball, where a pixel spans so many degrees that its middle counts more than its mean.
+const SMOOTH: f32 = 1.0;
 /// Cells along an edge of the cube of gains, `ClipGains::EDGE`.
 const GAINS_EDGE: u32 = 32u;
 /// Directions around the hidden cone that its middle is the mean of.
@@ -108,9 +110,9 @@ fn recovered(pixel: vec2i, gain: vec3f) -> vec3f {
 }
 
 /// Lookup between four pixels; the gain is applied to each pixel, before pixels are mixed.
-fn sample_frame(pixel: vec2f, gain: vec3f) -> vec3f {
+fn sample_frame(pixel: vec2f, gain: vec3f, sharpness: f32) -> vec3f {
     let corner = floor(pixel - 0.5);
-    let t = clamp((pixel - 1.0 - corner) * SHARPNESS + 0.5, vec2f(0.0), vec2f(1.0));
+    let t = clamp((pixel - 1.0 - corner) * sharpness + 0.5, vec2f(0.0), vec2f(1.0));
     let p = vec2i(corner);
     let top = mix(recovered(p, gain), recovered(p + vec2i(1, 0), gain), t.x);
     let bottom = mix(recovered(p + vec2i(0, 1), gain), recovered(p + vec2i(1, 1), gain), t.x);
@@ -118,14 +120,14 @@ fn sample_frame(pixel: vec2f, gain: vec3f) -> vec3f {
 }
 
 /// Mean over the parallelogram around a pixel position that a texel covers.
-fn mean_of_frame(pixel: vec2f, texel: mat2x2f, gain: vec3f) -> vec3f {
+fn mean_of_frame(pixel: vec2f, texel: mat2x2f, gain: vec3f, sharpness: f32) -> vec3f {
     let count = clamp(ceil(vec2f(length(texel[0]), length(texel[1]))), vec2f(1.0), vec2f(MOST_SAMPLES));
     let samples = vec2u(count);
     var sum = vec3f(0.0);
     for (var j = 0u; j < samples.y; j++) {
         for (var i = 0u; i < samples.x; i++) {
             let offset = (vec2f(vec2u(i, j)) + 0.5) / count - 0.5;
-            sum += sample_frame(pixel + texel * offset, gain);
+            sum += sample_frame(pixel + texel * offset, gain, sharpness);
         }
     }
     return sum / (count.x * count.y);
@@ -229,7 +231,7 @@ fn surroundings_from(dir: vec3f) -> vec4f {
         // Something else, or the far side of the same thing.
         view *= select(1.0, 0.0, span.x <= span.y && span.y > 0.0 && max(span.x, 0.0) < 0.98);
     }
-    return vec4f(sample_frame(pixel, vec3f(1.0)), view);
+    return vec4f(sample_frame(pixel, vec3f(1.0), SMOOTH), view);
 }
 
 fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
@@ -252,7 +254,8 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
     );
     let gain = gain_from(dir_world, dir);
     var seen: Seen;
-    seen.radiance = mean_of_frame(pixel, texel, gain) / ball.reflectance;
+    let at_rim = smoothstep(ball.edge_angle - RIM.x, ball.edge_angle - RIM.y, angle);
+    seen.radiance = mean_of_frame(pixel, texel, gain, mix(SHARP, SMOOTH, at_rim)) / ball.reflectance;
     seen.resolution = clamp(sqrt(abs(determinant(texel))), LEAST_CONFIDENCE, 1.0);
     seen.shown = view_of(point) * clamp((ball.edge_angle - angle) / RIM.y, 0.0, 1.0);
     // At the edge of what is shown the guess continues it; where the ball is covered or outside of the picture it is worth little.
@@ -266,13 +269,12 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
             let azimuth = 2.0 * PI * f32(i) / f32(RING);
             let rim = ball_point(ball, axis, side * cos(azimuth) + other * sin(azimuth), rim_theta);
             let weight = view_of(rim) + 1e-3;
-            ring += vec4f(sample_frame(project(rim), gain) / ball.reflectance, 1.0) * weight;
+            ring += vec4f(sample_frame(project(rim), gain, SMOOTH) / ball.reflectance, 1.0) * weight;
         }
         let inward = (angle - ball.edge_angle) / (PI - ball.edge_angle);
         seen.radiance = mix(seen.radiance, ring.rgb / ring.w, inward);
         seen.guessed = mix(seen.guessed, min(ring.w / f32(RING), 1.0), inward);
     }
-    let at_rim = smoothstep(ball.edge_angle - RIM.x, ball.edge_angle - RIM.y, angle);
     if max(at_rim, 1.0 - seen.guessed) > 0.0 {
         let direct = surroundings_from(dir);
         let weight = direct.a * max(at_rim, 1.0 - seen.guessed);
@@ -337,7 +339,7 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
 #endif
     var seen: Seen;
     let texel = mat2x2f(right, down);
-    seen.radiance = mean_of_frame(pixel, texel, gain_from(dir_world, dir));
+    seen.radiance = mean_of_frame(pixel, texel, gain_from(dir_world, dir), SHARP);
     seen.resolution = clamp(sqrt(abs(determinant(texel))), LEAST_CONFIDENCE, 1.0);
     seen.shown = shown_by_lens(dir, pixel);
     seen.guessed = 0.0;
