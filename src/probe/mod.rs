@@ -27,6 +27,7 @@
 //! One compute dispatch of 6 · size² threads with 4 · 4 texel reads each; on the CPU 12 000 picture lookups per new picture
 //! for the recovery.
 
+mod ball_picture;
 mod cube_directions;
 mod cube_image;
 mod fallback;
@@ -39,6 +40,7 @@ mod recovery;
 mod solids;
 mod unwrap_pass;
 
+pub use ball_picture::{BallPicture, BallPictureError};
 pub use cube_image::CubeWrites;
 pub use fallback::{EnvironmentFallback, EnvironmentOrigin, SkyGradient};
 pub use lens::{FisheyeProjection, ImageCircle, LensError, ProbeLens};
