@@ -75,7 +75,9 @@ fn unwrap_ball(options: &Options) -> Outcome<()> {
     picture.reflectance = options.reflectance;
     let map = picture.to_equirect(options.width, Quat::IDENTITY);
     if options.out.extension().is_some_and(|extension| extension == "png") {
-        let encode = |value: f32| (255.0 * if value <= 0.0031308 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }) as u8;
+        let encode = |value: f32| {
+            (255.0 * if value <= 0.0031308 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }) as u8
+        };
         let bytes = map.texels.iter().flat_map(|texel| texel.to_array().map(|value| encode(value.min(1.0))));
         image::RgbImage::from_raw(map.size.x, map.size.y, bytes.collect())
             .ok_or("the map has the wrong size")?

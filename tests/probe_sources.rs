@@ -136,7 +136,11 @@ fn a_covered_ball_keeps_what_it_showed_before() {
     let right = pose.right();
     let is_behind_plate = |dir: Vec3| dir.dot(axis) > -0.6 && dir.dot(*right) > 0.1;
     let (error, darkest) = judge(&cube, is_behind_plate);
-    println!("seen {free:.2} → {:.2} of all directions; behind the plate off by {:.1} %, darkest {darkest:.2}", measurement.seen_share, 100.0 * error);
+    println!(
+        "seen {free:.2} → {:.2} of all directions; behind the plate off by {:.1} %, darkest {darkest:.2}",
+        measurement.seen_share,
+        100.0 * error
+    );
     assert!(measurement.is_in_view && free > 0.8);
     assert!((0.3..0.65).contains(&(measurement.seen_share / free)));
     assert!(error < BALL_TOLERANCE && darkest > 0.1);
@@ -159,7 +163,11 @@ fn a_ball_cut_off_by_the_border_is_used_as_far_as_it_goes() {
     let axis = (pose.translation - BALL).normalize();
     let (seen, darkest) = judge(&cube, |dir| dir.dot(axis) > -0.5 && dir.dot(*looking_at(BALL).right()) > 0.25);
     let (_, darkest_of_all) = judge(&cube, |_| true);
-    println!("{:.2} seen, off by {:.1} %, darkest {darkest:.2} there, {darkest_of_all:.2} anywhere", measurement.seen_share, 100.0 * seen);
+    println!(
+        "{:.2} seen, off by {:.1} %, darkest {darkest:.2} there, {darkest_of_all:.2} anywhere",
+        measurement.seen_share,
+        100.0 * seen
+    );
     assert!(measurement.is_in_view && (0.2..0.7).contains(&measurement.seen_share));
     assert!(seen < BALL_TOLERANCE && darkest_of_all > 0.05);
 }
@@ -180,9 +188,8 @@ fn each_lens_gives_the_light_that_it_sees() {
         let Some(mut app) = app() else { return };
         let size = if lens == ProbeLens::Equirect { UVec2::new(320, 160) } else { UVec2::splat(220) };
         let pose = Transform::default().looking_to(Vec3::new(0.2, 1.0, 0.1).normalize(), Vec3::NEG_Z);
-        let frame = picture(size, |pixel| {
-            lens.direction(pixel, size).map_or(Vec3::ZERO, |dir| smooth(pose.rotation * dir))
-        });
+        let frame =
+            picture(size, |pixel| lens.direction(pixel, size).map_or(Vec3::ZERO, |dir| smooth(pose.rotation * dir)));
         let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
         let camera = app.world_mut().spawn((LightProbeCamera { lens, ..default() }, feed, pose)).id();
         settle(&mut app);
@@ -191,7 +198,8 @@ fn each_lens_gives_the_light_that_it_sees() {
         let forward = *pose.forward();
         // A sphere map looks at the ball: what it shows best is behind the camera.
         let is_ball = matches!(lens, ProbeLens::SphereMap { .. });
-        let (error, darkest) = judge(&cube, |dir| if is_ball { -dir.dot(forward) > -seen_below } else { dir.dot(forward) > -seen_below });
+        let (error, darkest) =
+            judge(&cube, |dir| if is_ball { -dir.dot(forward) > -seen_below } else { dir.dot(forward) > -seen_below });
         println!("{lens:?}: off by {:.2} %, darkest {darkest:.2}", 100.0 * error);
         assert!(error < LENS_TOLERANCE && darkest > 0.05);
     }
@@ -208,7 +216,8 @@ fn a_fisheye_fills_what_the_ball_does_not_show() {
     // Looks where the ball hides most.
     let forward = pose.forward();
     let look = Transform::default().looking_to(*forward, Vec3::Y);
-    let frame = picture(size, |pixel| lens.direction(pixel, size).map_or(Vec3::ZERO, |dir| smooth(look.rotation * dir)));
+    let frame =
+        picture(size, |pixel| lens.direction(pixel, size).map_or(Vec3::ZERO, |dir| smooth(look.rotation * dir)));
     settle(&mut app);
     let hidden = |dir: Vec3| dir.dot(*forward) > 0.8;
     let (before, _) = judge(&read(&mut app), hidden);
@@ -217,15 +226,19 @@ fn a_fisheye_fills_what_the_ball_does_not_show() {
     settle(&mut app);
     let cube = read(&mut app);
     let ((after, _), (all, _)) = (judge(&cube, hidden), judge(&cube, |_| true));
-    println!("behind the ball off by {:.1} % → {:.1} % with a fisheye; everywhere {:.1} %", 100.0 * before, 100.0 * after, 100.0 * all);
+    println!(
+        "behind the ball off by {:.1} % → {:.1} % with a fisheye; everywhere {:.1} %",
+        100.0 * before,
+        100.0 * after,
+        100.0 * all
+    );
     assert!(after < LENS_TOLERANCE && after < 0.5 * before && all < BALL_TOLERANCE);
 }
 
 #[test]
 fn a_lens_that_cannot_be_is_refused_with_a_reason() {
     let Some(mut app) = app() else { return };
-    let lens =
-        ProbeLens::Fisheye { projection: FisheyeProjection::Orthographic, fov_degrees: 220.0, circle: None };
+    let lens = ProbeLens::Fisheye { projection: FisheyeProjection::Orthographic, fov_degrees: 220.0, circle: None };
     let feed = CameraFeed::pixels(picture(UVec2::splat(16), |_| Vec3::ONE)).with_pace(FeedPace::Lockstep);
     let camera = app.world_mut().spawn((LightProbeCamera { lens, ..default() }, feed)).id();
     app.update();

@@ -7,13 +7,13 @@ use crate::{
     environment::{EquirectPixels, equirect_direction},
 };
 use bevy::prelude::*;
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 /// As in the shader `unwrap_pass.wgsl`, where the reasons are.
 const SHARP: f32 = 3.0;
 const SMOOTH: f32 = 1.0;
 const RIM: [f32; 2] = [0.6, 0.15];
-const RING: u32 = 8;
+const RING: u32 = 12;
 const MOST_SAMPLES: f32 = 4.0;
 /// Shorter hidden cones than this many degrees are as good as none.
 const LEAST_HIDDEN_DEGREES: f32 = 0.5;
@@ -50,7 +50,9 @@ pub enum BallPictureError {
     )]
     FieldOfView(f32),
     /// The outline.
-    #[error("a ball of {diameter} pixels at {center} is not in a picture of {size} pixels; give center and diameter of its outline")]
+    #[error(
+        "a ball of {diameter} pixels at {center} is not in a picture of {size} pixels; give center and diameter of its outline"
+    )]
     Outline {
         /// In pixels.
         center: Vec2,
@@ -124,13 +126,13 @@ impl<'a> BallPicture<'a> {
         }
         let side = (dir - axis * axis.dot(dir)).normalize_or(axis.any_orthonormal_vector());
         let other = axis.cross(side);
+        let inward = (angle - edge) / (PI - edge);
         let ring = (0..RING).map(|i| {
-            let (sin, cos) = (TAU * i as f32 / RING as f32).sin_cos();
+            let (sin, cos) = (PI * inward * ((2 * i + 1) as f32 / RING as f32 - 1.0)).sin_cos();
             let rim = axis * edge.cos() + (side * cos + other * sin) * edge.sin();
             self.sample(self.pixel(rim, edge), SMOOTH)
         });
-        let mean = ring.sum::<Vec3>() / (RING as f32 * self.reflectance);
-        seen.lerp(mean, (angle - edge) / (PI - edge))
+        ring.sum::<Vec3>() / (RING as f32 * self.reflectance)
     }
 
     /// The surroundings as an equirectangular picture of a width in pixels (even, at least 2), in a frame turned against the
@@ -171,7 +173,8 @@ mod tests {
     #[test]
     fn an_outline_becomes_the_ball_that_has_it() {
         let frame = FramePixels::new(UVec2::new(640, 480), vec![128; 640 * 480 * 4]).expect("fits");
-        for (center, fov) in [(Vec2::new(320.0, 240.0), 60.0), (Vec2::new(500.0, 120.0), 60.0), (Vec2::new(300.0, 250.0), 340.0)]
+        for (center, fov) in
+            [(Vec2::new(320.0, 240.0), 60.0), (Vec2::new(500.0, 120.0), 60.0), (Vec2::new(300.0, 250.0), 340.0)]
         {
             let picture = BallPicture::from_outline(&frame, center, 120.0, fov).expect("possible");
             let outline = picture.ball.outline(&picture.intrinsics);
@@ -180,7 +183,8 @@ mod tests {
         }
         let far = BallPicture::from_outline(&frame, Vec2::new(320.0, 240.0), 120.0, 360.0).expect("possible");
         assert!(far.ball.distance() > 100.0);
-        let error = |fov, diameter| BallPicture::from_outline(&frame, Vec2::ONE, diameter, fov).expect_err("impossible");
+        let error =
+            |fov, diameter| BallPicture::from_outline(&frame, Vec2::ONE, diameter, fov).expect_err("impossible");
         assert!(error(180.0, 50.0).to_string().contains("180") && error(60.0, 0.0).to_string().contains("diameter"));
     }
 

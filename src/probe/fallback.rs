@@ -4,7 +4,7 @@ use super::{EnvironmentCube, LightProbeSphere, ProbeMeasurement, probe_camera::L
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
     // The one thing taken from a later stage: its pictures are plain data.
-    environment::{EquirectPixels, EnvironmentFileError, equirect_direction},
+    environment::{EnvironmentFileError, EquirectPixels, equirect_direction},
     tracking::{MarkerAnchor, MarkerTracking},
 };
 use bevy::{
@@ -17,7 +17,7 @@ use bevy::{
 use std::{path::PathBuf, time::Duration};
 
 /// What lights the scene of an [`ArCamera`] as long as no probe has been seen, so that virtual things are never black and a game
-/// works without any ball. Every [`ArCamera`] has one.
+/// works without any ball. Every [`ArCamera`] has one; removed when the camera is spawned, there is no light before a measurement.
 ///
 /// The first of these that exists: [`saved`](Self::saved), [`file`](Self::file), a sky fitted to the camera's picture and the
 /// marker's paper, an even gray. [`EnvironmentOrigin`] beside it says which.
@@ -183,16 +183,13 @@ fn texture(size: UVec2, texels: impl Iterator<Item = Vec3>) -> Image {
         .flat_map(|value| half::f16::from_f32(value).to_le_bytes());
     let extent = Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
     let format = TextureFormat::Rgba16Float;
-    let mut image =
-        Image::new(extent, TextureDimension::D2, bytes.collect(), format, RenderAssetUsages::RENDER_WORLD);
+    let mut image = Image::new(extent, TextureDimension::D2, bytes.collect(), format, RenderAssetUsages::RENDER_WORLD);
     image.texture_descriptor.label = Some("mirrorball_probe_fallback");
     image
 }
 
 fn gradient_texture(sky: &SkyGradient) -> Image {
-    let uv = |i: u32| {
-        (UVec2::new(i % GRADIENT_SIZE.x, i / GRADIENT_SIZE.x).as_vec2() + 0.5) / GRADIENT_SIZE.as_vec2()
-    };
+    let uv = |i: u32| (UVec2::new(i % GRADIENT_SIZE.x, i / GRADIENT_SIZE.x).as_vec2() + 0.5) / GRADIENT_SIZE.as_vec2();
     let texels = (0..GRADIENT_SIZE.element_product()).map(|i| sky.radiance(equirect_direction(uv(i))));
     texture(GRADIENT_SIZE, texels)
 }

@@ -112,7 +112,9 @@ impl ImageCircle {
 #[derive(thiserror::Error, Clone, Debug, PartialEq)]
 pub enum LensError {
     /// The field of view.
-    #[error("ProbeLens::Fisheye.fov_degrees is {found}; a lens of this projection shows more than 0 and at most {widest} degrees")]
+    #[error(
+        "ProbeLens::Fisheye.fov_degrees is {found}; a lens of this projection shows more than 0 and at most {widest} degrees"
+    )]
     FieldOfView {
         /// What was given, in degrees.
         found: f32,
@@ -120,10 +122,14 @@ pub enum LensError {
         widest: f32,
     },
     /// The factor of a sphere map.
-    #[error("ProbeLens::SphereMap.wrap is {0}; it has to be finite and above 0, and is 1 for a ball that shows all directions")]
+    #[error(
+        "ProbeLens::SphereMap.wrap is {0}; it has to be finite and above 0, and is 1 for a ball that shows all directions"
+    )]
     Wrap(f32),
     /// The circle.
-    #[error("the circle of a ProbeLens has its center at {center} and a radius of {radius} pixels; both have to be finite, the radius above 0")]
+    #[error(
+        "the circle of a ProbeLens has its center at {center} and a radius of {radius} pixels; both have to be finite, the radius above 0"
+    )]
     Circle {
         /// Its center in pixels.
         center: Vec2,
@@ -217,9 +223,8 @@ impl ProbeLens {
                 // |t·h − wrap·e| = 1 with the half vector h: the farther solution.
                 let half = (p.length() <= 1.0).then(|| side.extend((1.0 - side.length_squared()).max(0.0).sqrt()))?;
                 let discriminant = 1.0 - wrap * wrap * (1.0 - half.z * half.z);
-                (discriminant >= 0.0).then(|| {
-                    (half * (wrap * half.z + discriminant.sqrt()) - Vec3::new(0.0, 0.0, wrap)).normalize()
-                })
+                (discriminant >= 0.0)
+                    .then(|| (half * (wrap * half.z + discriminant.sqrt()) - Vec3::new(0.0, 0.0, wrap)).normalize())
             }
         }
     }
@@ -303,7 +308,9 @@ mod tests {
         let ball = ProbeLens::SphereMap { wrap: 1.0, circle: None };
         assert!(ball.pixel(Vec3::Z, SIZE).expect("the camera itself").distance(Vec2::new(160.0, 120.0)) < 1e-3);
         // Halfway to the rim in angle of the normal, 45°: light from the right.
-        assert!(ball.pixel(Vec3::X, SIZE).expect("seen").distance(Vec2::new(160.0 + 120.0 * 0.5f32.sqrt(), 120.0)) < 1e-2);
+        assert!(
+            ball.pixel(Vec3::X, SIZE).expect("seen").distance(Vec2::new(160.0 + 120.0 * 0.5f32.sqrt(), 120.0)) < 1e-2
+        );
     }
 
     #[test]
@@ -313,6 +320,8 @@ mod tests {
         assert!(fisheye(FisheyeProjection::Equidistant, f32::NAN).check().is_err());
         assert_eq!(ProbeLens::SphereMap { wrap: 0.0, circle: None }.check(), Err(LensError::Wrap(0.0)));
         let circle = Some(ImageCircle { center: Vec2::ZERO, radius: -1.0 });
-        assert!(ProbeLens::SphereMap { wrap: 1.0, circle }.check().expect_err("no radius").to_string().contains("radius"));
+        assert!(
+            ProbeLens::SphereMap { wrap: 1.0, circle }.check().expect_err("no radius").to_string().contains("radius")
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! Frame + ball pose → raw environment cube.
 //!
-//! **Enters:** the camera's newest picture, its pose and intrinsics, the pose of a [`LightProbeSphere`], and for the clipped
-//! lights the pose of a marker. **Leaves:** an [`EnvironmentCube`] on the ball's entity, rewritten on the GPU whenever
+//! **Enters:** the camera's newest picture, its pose and intrinsics, the pose of a [`LightProbeSphere`], phantoms around it, and for the
+//! clipped lights the pose of a marker; or the picture of a [`LightProbeCamera`]. **Leaves:** an [`EnvironmentCube`] on the ball's entity, rewritten on the GPU whenever
 //! something it depends on has changed, and a [`ProbeMeasurement`] that says what was seen.
 //!
 //! # Frames and units
@@ -9,9 +9,19 @@
 //! units: the picture divided by the ball's reflectance, times the recovery's gain where the camera had clipped.
 //!
 //! # What nobody sees
-//! The ball hides a cone behind itself (half angle asin(radius/distance), about 4° at 0.75 m), and the outermost
-//! 1.5 pixels of its picture mix with the background. Those directions are filled from the ring around them, towards the
-//! ring's mean in the middle of the gap; nothing is ever black and no edge shows.
+//! The ball hides a cone behind itself (half angle asin(radius/distance), about 4° at 0.75 m), the outermost 1.5 pixels of its picture mix
+//! with the background, phantoms stand in front of it, the picture ends. Every texel has a confidence (pixels per texel where it is seen;
+//! a third is left after four seconds, less if the rest has changed) and takes the best there is, blended without an edge:
+//! 1. what is seen now, unless it was seen much finer not long ago and still looks like that,
+//! 2. towards the rim and behind it, where the ball is coarse: the camera's own picture of the phantoms that lie there (as boxes; by
+//!    direction where none does, once there are any),
+//! 3. behind the rim: an ever longer arc of the rim,
+//! 4. elsewhere: what was seen earlier, scaled as the rest of the picture has become brighter or darker,
+//! 5. the [`EnvironmentFallback`], until something has been measured.
+//!
+//! # Several pictures, one cube
+//! All balls and every [`LightProbeCamera`] (fisheye, 360°, sphere map) write one cube, one after the other; where several see, the finer
+//! picture wins. So a fisheye that looks up and a ball that shows the rest become one environment (row A9).
 //!
 //! # Clipped light, first form
 //! An 8-bit camera shows a lamp no brighter than white paper. What the clipped pixels of the ball lack is told by the marker's
@@ -24,8 +34,13 @@
 //! replaces this one a picture later (in lockstep at once).
 //!
 //! # Cost
-//! One compute dispatch of 6 · size² threads with 4 · 4 texel reads each; on the CPU 12 000 picture lookups per new picture
-//! for the recovery.
+//! One compute dispatch of 6 · size² threads per picture, each with three searches for a pixel and as many lookups of four pixels as it covers
+//! pixels (one for balls up to some 250 pixels across, at most 16), and a copy of the cube; on the CPU 12 000 picture lookups per new picture
+//! for the recovery and 216 for what has changed.
+//!
+//! # Limits
+//! Round phantoms hide as much as the boxes around them. What the camera's picture adds comes from the point on the box, as matte things
+//! would. All probes are merged by direction, as if they stood at one place.
 
 mod ball_picture;
 mod cube_directions;
@@ -191,10 +206,8 @@ impl Plugin for ProbePlugin {
 #[derive(Resource)]
 struct CubeOfAll(EnvironmentCube);
 
-type NewProbe = (
-    Or<(With<LightProbeSphere>, With<LightProbeCamera>, With<EnvironmentFallback>)>,
-    Without<EnvironmentCube>,
-);
+type NewProbe =
+    (Or<(With<LightProbeSphere>, With<LightProbeCamera>, With<EnvironmentFallback>)>, Without<EnvironmentCube>);
 
 fn allocate_cubes(
     mut commands: Commands,

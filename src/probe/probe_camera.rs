@@ -1,6 +1,9 @@
 //! Cameras whose own picture is the light: fisheyes that look up, 360° cameras, pictures of balls that others took.
 
-use super::{ProbeLens, lens::{LensError, LensNumbers}};
+use super::{
+    ProbeLens,
+    lens::{LensError, LensNumbers},
+};
 use crate::camera::CameraFrame;
 use bevy::prelude::*;
 
@@ -62,7 +65,14 @@ pub(super) struct LensView {
     pub camera_from_world: Mat3,
 }
 
-type SeeingCamera = (Entity, &'static LightProbeCamera, &'static CameraFrame, &'static GlobalTransform, &'static mut ProbeCameraState, Option<&'static LensView>);
+type SeeingCamera = (
+    Entity,
+    &'static LightProbeCamera,
+    &'static CameraFrame,
+    &'static GlobalTransform,
+    &'static mut ProbeCameraState,
+    Option<&'static LensView>,
+);
 
 pub(super) fn view_through_lenses(mut commands: Commands, mut cameras: Query<SeeingCamera>) {
     for (entity, camera, frame, place, mut state, view) in &mut cameras {

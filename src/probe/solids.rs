@@ -31,8 +31,11 @@ pub(super) struct SolidUniform {
 
 impl SolidUniform {
     /// Is never hit: far behind the camera.
-    pub(super) const NOTHING: Self =
-        Self { x: Vec4::new(1e6, 0.0, 0.0, 1e12), y: Vec4::new(0.0, 1e6, 0.0, 1e12), z: Vec4::new(0.0, 0.0, 1e6, -1e12) };
+    pub(super) const NOTHING: Self = Self {
+        x: Vec4::new(1e6, 0.0, 0.0, 1e12),
+        y: Vec4::new(0.0, 1e6, 0.0, 1e12),
+        z: Vec4::new(0.0, 0.0, 1e6, -1e12),
+    };
 }
 
 impl Solid {
@@ -42,10 +45,8 @@ impl Solid {
             let axis = world_from_mesh.matrix3.col(i) * bounds.half_extents[i];
             axis.length().max(LEAST_HALF_SIZE) * world_from_mesh.matrix3.col(i).normalize_or_zero()
         });
-        let world_from_unit = Affine3A {
-            matrix3: bevy::math::Mat3A::from_cols(axes[0], axes[1], axes[2]),
-            translation: center,
-        };
+        let world_from_unit =
+            Affine3A { matrix3: bevy::math::Mat3A::from_cols(axes[0], axes[1], axes[2]), translation: center };
         let unit_from_world = world_from_unit.inverse();
         unit_from_world.is_finite().then(|| Self {
             unit_from_world,
@@ -146,8 +147,16 @@ mod tests {
         assert_eq!((view(0.03), view(-0.03)), (0.0, 1.0));
         // The nearer edge, at 0.38 m, covers x < 0 at the ball; beside it the view opens within some millimetres.
         let opening: Vec<f32> = (0..10).map(|i| view(-0.0015 * i as f32)).collect();
-        assert!(opening.windows(2).all(|w| w[1] >= w[0]) && opening.iter().any(|v| (0.1..0.9).contains(v)), "{opening:?}");
-        let behind = Surroundings::new(&[box_at(Vec3::new(0.0, 0.0, -1.5), Vec3::splat(0.1))], &Affine3A::IDENTITY, Vec3::new(0.0, 0.0, -0.8), 0.05);
+        assert!(
+            opening.windows(2).all(|w| w[1] >= w[0]) && opening.iter().any(|v| (0.1..0.9).contains(v)),
+            "{opening:?}"
+        );
+        let behind = Surroundings::new(
+            &[box_at(Vec3::new(0.0, 0.0, -1.5), Vec3::splat(0.1))],
+            &Affine3A::IDENTITY,
+            Vec3::new(0.0, 0.0, -0.8),
+            0.05,
+        );
         assert!(behind.blockers.is_empty() && behind.shown.len() == 1);
         assert_eq!(around.view_of(Vec3::new(0.03, 0.0, -0.2), 0.005), 1.0, "before the box");
     }

@@ -150,13 +150,8 @@ impl UnwrapUniform {
     }
 
     fn of_ball(view: &ProbeView) -> Self {
-        let numbers = LensNumbers {
-            focal: view.focal,
-            center: view.center,
-            projection: Vec4::X,
-            half_fov: 0.0,
-            wrap: 1.0,
-        };
+        let numbers =
+            LensNumbers { focal: view.focal, center: view.center, projection: Vec4::X, half_fov: 0.0, wrap: 1.0 };
         let uniform_radiance = view.uniform_radiance.unwrap_or_default();
         Self {
             ball: BallUniform {
@@ -261,7 +256,8 @@ impl ExtractedSource {
     }
 }
 
-type SeenBall = (Entity, &'static ProbeMeasurement, &'static Glance, &'static EnvironmentCube, Option<&'static ClipGains>);
+type SeenBall =
+    (Entity, &'static ProbeMeasurement, &'static Glance, &'static EnvironmentCube, Option<&'static ClipGains>);
 type SeenPicture = (Entity, &'static LensView, &'static CameraFrame, &'static FrameTexture, &'static EnvironmentCube);
 
 fn extract_sources(

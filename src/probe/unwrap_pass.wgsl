@@ -73,8 +73,8 @@ const SHARP: f32 = 3.0;
 const SMOOTH: f32 = 1.0;
 /// Cells along an edge of the cube of gains, `ClipGains::EDGE`.
 const GAINS_EDGE: u32 = 32u;
-/// Directions around the hidden cone that its middle is the mean of.
-const RING: u32 = 8u;
+/// Points of the rim that a hidden direction is the mean of.
+const RING: u32 = 12u;
 /// The largest value stored; far below the 65504 of half floats, so that sums of a few texels still fit.
 const MAX_RADIANCE: f32 = 60000.0;
 /// Confidence of what is only guessed.
@@ -261,19 +261,19 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
     // At the edge of what is shown the guess continues it; where the ball is covered or outside of the picture it is worth little.
     seen.guessed = view_of(point);
     if angle > ball.edge_angle {
-        // Hidden: from the rim on this side to the mean of the ring in the middle of the gap.
+        // Hidden: the mean of an arc of the rim, from its point on this side at the edge to the whole ring in the middle of the gap.
         let other = cross(axis, side);
         let rim_theta = normal_angle(ball, ball.edge_angle);
+        let inward = clamp((angle - ball.edge_angle) / (PI - ball.edge_angle), 0.0, 1.0);
         var ring = vec4f(0.0);
         for (var i = 0u; i < RING; i++) {
-            let azimuth = 2.0 * PI * f32(i) / f32(RING);
+            let azimuth = PI * inward * ((2.0 * f32(i) + 1.0) / f32(RING) - 1.0);
             let rim = ball_point(ball, axis, side * cos(azimuth) + other * sin(azimuth), rim_theta);
             let weight = view_of(rim) + 1e-3;
             ring += vec4f(sample_frame(project(rim), gain, SMOOTH) / ball.reflectance, 1.0) * weight;
         }
-        let inward = (angle - ball.edge_angle) / (PI - ball.edge_angle);
-        seen.radiance = mix(seen.radiance, ring.rgb / ring.w, inward);
-        seen.guessed = mix(seen.guessed, min(ring.w / f32(RING), 1.0), inward);
+        seen.radiance = ring.rgb / ring.w;
+        seen.guessed = min(ring.w / f32(RING), 1.0);
     }
     if max(at_rim, 1.0 - seen.guessed) > 0.0 {
         let direct = surroundings_from(dir);

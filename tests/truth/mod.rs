@@ -154,6 +154,7 @@ impl TrueSky {
         (self.pixels[row * self.width + column] * reflectance).min(Vec3::ONE) / reflectance
     }
 
+    #[allow(dead_code, reason = "each test file uses a part")]
     /// Irradiance ÷ π at a surface. Below the horizon the map is not what the desk sees, so only the upper half counts.
     pub(crate) fn irradiance_from_above(&self, normal: Vec3) -> Vec3 {
         let height = self.pixels.len() / self.width;
