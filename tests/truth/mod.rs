@@ -1,5 +1,7 @@
 //! The path-traced desks of `shared/data/ar_truth`: pictures, what stands there, and the light they were made with.
 
+#![allow(dead_code, reason = "each test file uses a part")]
+
 use bevy::{
     math::{Affine3A, Quat},
     prelude::*,
@@ -145,7 +147,6 @@ impl TrueSky {
     }
 
     /// Radiance from a direction as a ball of a given reflectance shows it where no lamp mixes with its surroundings.
-    #[allow(dead_code, reason = "each test file uses a part")]
     pub(crate) fn clipped_radiance(&self, dir: Vec3, reflectance: f32) -> Vec3 {
         let height = self.pixels.len() / self.width;
         let azimuth = (dir.x.atan2(-dir.z) + self.rotation_degrees.to_radians()).rem_euclid(TAU);
@@ -154,7 +155,6 @@ impl TrueSky {
         (self.pixels[row * self.width + column] * reflectance).min(Vec3::ONE) / reflectance
     }
 
-    #[allow(dead_code, reason = "each test file uses a part")]
     /// Irradiance ÷ π at a surface. Below the horizon the map is not what the desk sees, so only the upper half counts.
     pub(crate) fn irradiance_from_above(&self, normal: Vec3) -> Vec3 {
         let height = self.pixels.len() / self.width;
