@@ -14,6 +14,7 @@ use bevy_mirrorball::{
     },
     stage::StagePlugin,
 };
+use std::time::Duration;
 
 const SIZE: UVec2 = UVec2::new(200, 150);
 const BALL: Vec3 = Vec3::new(0.0, 0.05, 0.0);
@@ -268,6 +269,30 @@ fn without_a_ball_a_sky_is_fitted_to_the_picture_until_one_is_measured() {
     let axis = (pose.translation - BALL).normalize();
     let (error, _) = judge(&read(&mut app), |dir| dir.dot(axis) > -0.6);
     assert!(error < BALL_TOLERANCE, "{error}");
+}
+
+#[test]
+fn what_is_measured_fades_in_over_what_was_assumed() {
+    for (fade, is_measured) in [(Duration::ZERO, true), (Duration::from_secs(3600), false)] {
+        let Some(mut app) = app() else { return };
+        let pose = looking_at(BALL);
+        let camera = add_camera(&mut app, pose, photograph(pose, |_| false));
+        let feed = CameraFeed::pixels(photograph(pose, |_| false));
+        app.world_mut().entity_mut(camera).insert((feed, EnvironmentFallback { fade, ..default() }));
+        settle(&mut app);
+        let assumed = read(&mut app).sample(Vec3::Y);
+        let probe = add_ball(&mut app);
+        settle(&mut app);
+        let up = read(&mut app).sample(Vec3::Y);
+        println!("{assumed} before, {up} after a fade of {fade:?}, {} in truth", smooth(Vec3::Y));
+        let wanted = if is_measured { smooth(Vec3::Y) } else { assumed };
+        assert!((up - wanted).abs().max_element() < 0.05);
+        // Without its ball, what was measured stays.
+        app.world_mut().despawn(probe);
+        settle(&mut app);
+        assert_eq!(app.world().get::<EnvironmentOrigin>(camera), Some(&EnvironmentOrigin::Measured));
+        assert!((read(&mut app).sample(Vec3::Y) - up).abs().max_element() < 0.05);
+    }
 }
 
 #[test]

@@ -219,13 +219,17 @@ pub(super) fn choose_fallbacks(
     let is_measured = !lenses.is_empty() || probes.iter().any(|measurement| measurement.view.is_some());
     for (entity, fallback, camera, frame, feed, place, mut origin, mut picture, file) in &mut cameras {
         let is_lockstep = feed.is_some_and(|feed| feed.pace() == FeedPace::Lockstep);
-        if is_measured {
+        // What was measured stays when its ball is gone.
+        if is_measured || *origin == EnvironmentOrigin::Measured {
             origin.set_if_neq(EnvironmentOrigin::Measured);
-            if let Some(picture) = picture.as_mut().filter(|picture| picture.share < 1.0) {
-                let since = *picture.measured_since.get_or_insert(time.elapsed());
-                let gone = (time.elapsed() - since).as_secs_f32() / fallback.fade.as_secs_f32().max(1e-3);
-                picture.share = if is_lockstep { 1.0 } else { gone.min(1.0) };
+            let Some(mut picture) = picture else { continue };
+            if picture.share >= 1.0 {
+                commands.entity(entity).remove::<FallbackPicture>();
+                continue;
             }
+            let since = *picture.measured_since.get_or_insert(time.elapsed());
+            let gone = (time.elapsed() - since).as_secs_f32() / fallback.fade.as_secs_f32().max(1e-3);
+            picture.share = if is_lockstep { 1.0 } else { gone.min(1.0) };
             continue;
         }
         let is_asked = fallback.saved.is_some() || fallback.file.is_some();

@@ -44,6 +44,8 @@ use std::{sync::Arc, time::Duration};
 const MEMORY_SECONDS: f32 = 4.0;
 /// How much faster it loses worth while the rest changes: with the exponent of this times the share by which it has.
 const CHANGE_FORGETS: f32 = 6.0;
+/// Smaller steps from the assumed to the measured environment would get lost in the rounding of half floats.
+const LEAST_STEP: f32 = 1.0 / 64.0;
 /// Confidence of an environment that nobody has measured.
 const FALLBACK_CONFIDENCE: f32 = 0.002;
 
@@ -450,7 +452,10 @@ fn prepare_unwraps(
     };
     // What is measured replaces what was only assumed in steps, so that each step is the same part of the whole way.
     let has_measured = ready.iter().any(|source| !source.is_fallback());
-    let target = if has_measured { extracted.share } else { 0.0 };
+    let target = match if has_measured { extracted.share } else { 0.0 } {
+        small if small > prepared.share && small < 1.0 && small - prepared.share < LEAST_STEP => prepared.share,
+        target => target,
+    };
     let share = if target >= 1.0 { 1.0 } else { ((target - prepared.share) / (1.0 - prepared.share)).clamp(0.0, 1.0) };
     let is_fading = has_measured && target != prepared.share;
     if !ready.iter().any(is_new) && !is_fading {
