@@ -59,15 +59,6 @@ fn photograph(pose: Transform, covered: impl Fn(Vec2) -> bool) -> FramePixels {
     })
 }
 
-fn sphere(count: usize) -> impl Iterator<Item = Vec3> {
-    let golden_angle = std::f32::consts::PI * (3.0 - 5f32.sqrt());
-    (0..count).map(move |i| {
-        let y = 1.0 - (2.0 * i as f32 + 1.0) / count as f32;
-        let (sin, cos) = (i as f32 * golden_angle).sin_cos();
-        Vec3::new((1.0 - y * y).sqrt() * cos, y, (1.0 - y * y).sqrt() * sin)
-    })
-}
-
 fn app() -> Option<App> {
     gpu::app(|app| {
         app.add_plugins((CameraPlugin, StagePlugin, ProbePlugin));
@@ -103,7 +94,7 @@ fn read(app: &mut App) -> CubePixels {
 /// Mean relative error over the directions that are asked about, and the darkest channel.
 fn judge(cube: &CubePixels, is_asked: impl Fn(Vec3) -> bool) -> (f32, f32) {
     let (mut sum, mut count, mut darkest) = (0.0, 0.0, f32::MAX);
-    for dir in sphere(8000).filter(|dir| is_asked(*dir)) {
+    for dir in cubes::sphere(8000).filter(|dir| is_asked(*dir)) {
         let (seen, wanted) = (cube.sample(dir), smooth(dir));
         sum += ((seen - wanted) / wanted).abs().element_sum() / 3.0;
         count += 1.0;

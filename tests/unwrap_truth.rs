@@ -53,17 +53,6 @@ fn ball_view(picture: &DeskPicture) -> BallView {
     BallView::new(center, picture.ball.radius).expect("in front of the camera")
 }
 
-/// Directions spread evenly over the sphere.
-fn sphere(count: usize) -> impl Iterator<Item = Vec3> {
-    let golden_angle = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    (0..count).map(move |i| {
-        let y = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
-        let (sin, cos) = (i as f64 * golden_angle).sin_cos();
-        let across = (1.0 - y * y).sqrt();
-        Vec3::new((across * cos) as f32, y as f32, (across * sin) as f32)
-    })
-}
-
 /// Whether a phantom stands where the ball looks.
 fn is_hidden(triangles: &[[Vec3; 3]], origin: Vec3, dir: Vec3) -> bool {
     triangles.iter().any(|[a, b, c]| {
@@ -105,7 +94,7 @@ fn the_ball_sees_the_light_that_the_room_was_made_with() {
             .flat_map(|mesh| mesh.triangles)
             .collect();
         let (mut found, mut wanted) = ([Vec3::ZERO; 8], [Vec3::ZERO; 8]);
-        for dir in sphere(200_000).filter(|dir| dir.y > 0.0) {
+        for dir in cubes::sphere(200_000).filter(|dir| dir.y > 0.0) {
             if is_hidden(&triangles, picture.ball.center, dir) {
                 continue;
             }
@@ -254,7 +243,7 @@ fn labeled_axes_come_out_where_they_belong_and_lines_cross_the_edges_unbroken() 
             let pixel = (equirect_position(dir) * room.size.as_vec2()).as_ivec2();
             (0..9).map(|i| room.linear(pixel.x + i % 3 - 1, pixel.y + i / 3 - 1)).sum::<Vec3>() / 9.0
         };
-        for dir in sphere(40_000).filter(|dir| dir.dot(axis) > -0.5) {
+        for dir in cubes::sphere(40_000).filter(|dir| dir.dot(axis) > -0.5) {
             error += (cube.sample(dir) - truth(dir)).abs().element_sum() / 3.0;
             total += 1.0;
         }
@@ -272,7 +261,7 @@ fn labeled_axes_come_out_where_they_belong_and_lines_cross_the_edges_unbroken() 
             (axis, dir[axis] > 0.0)
         };
         let (mut across, mut within) = ((0.0, 0.0), (0.0, 0.0));
-        for dir in sphere(400_000).filter(|dir| dir.dot(axis) > -0.5) {
+        for dir in cubes::sphere(400_000).filter(|dir| dir.dot(axis) > -0.5) {
             let beside = (dir + step * dir.any_orthonormal_vector()).normalize();
             let jump = (cube.sample(dir) - cube.sample(beside)).abs().element_sum();
             let true_jump = (truth(dir) - truth(beside)).abs().element_sum();

@@ -217,7 +217,7 @@ pub(super) fn choose_fallbacks(
     time: Res<Time<Real>>,
 ) {
     let is_measured = !lenses.is_empty() || probes.iter().any(|measurement| measurement.view.is_some());
-    for (entity, fallback, camera, frame, feed, place, mut origin, mut picture, file) in &mut cameras {
+    for (entity, fallback, camera, frame, feed, place, mut origin, picture, file) in &mut cameras {
         let is_lockstep = feed.is_some_and(|feed| feed.pace() == FeedPace::Lockstep);
         // What was measured stays when its ball is gone.
         if is_measured || *origin == EnvironmentOrigin::Measured {
