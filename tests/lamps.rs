@@ -13,7 +13,7 @@ use bevy_mirrorball::{
     materials::MaterialsPlugin,
     offscreen,
     prelude::*,
-    probe::{ProbePlugin, UniformSky},
+    probe::{EnvironmentFallback, ProbePlugin, UniformSky},
     shadows::ShadowsPlugin,
     stage::StagePlugin,
 };
@@ -215,11 +215,15 @@ fn virtual_and_real_boxes_throw_shadows_of_lamps_on_the_desk() {
 #[test]
 fn where_the_room_is_not_known_lamps_leave_the_picture_alone() {
     let Some(mut desk) = Desk::new() else { return };
+    // Else a sky would be assumed.
+    let world = desk.app.world_mut();
+    let camera = world.query_filtered::<Entity, With<ArCamera>>().single(world).expect("one camera");
+    world.entity_mut(camera).remove::<EnvironmentFallback>();
     desk.app.world_mut().spawn(directional(PI / 4.0, 2.0 * as_bright_as_the_room(), true));
     let off = desk.shoot().difference(&desk_picture());
     println!("no environment map: off by {off}/255");
     assert!(off <= SAME);
-    // A ball out of view has an environment, but a black one.
+    // A ball out of view has an environment, but without a fallback a black one.
     desk.app.world_mut().spawn((LightProbeSphere::default(), Transform::from_xyz(0.0, 5.0, 0.0)));
     let off = desk.shoot().difference(&desk_picture());
     println!("nothing measured: off by {off}/255");

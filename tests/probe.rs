@@ -92,17 +92,6 @@ fn photograph(environment: fn(Vec3) -> Vec3) -> FramePixels {
     FramePixels::new(SIZE, (0..SIZE.x * SIZE.y).flat_map(pixel).collect()).expect("as many bytes as the size says")
 }
 
-/// Points spread evenly over the unit sphere (Fibonacci lattice), each standing for the same solid angle.
-fn sphere(count: usize) -> impl Iterator<Item = Vec3> {
-    let golden_angle = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    (0..count).map(move |i| {
-        let y = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
-        let (sin, cos) = (i as f64 * golden_angle).sin_cos();
-        let across = (1.0 - y * y).sqrt();
-        Vec3::new((across * cos) as f32, y as f32, (across * sin) as f32)
-    })
-}
-
 /// An app that sees the ball; whatever else is there is up to `configure`.
 fn probing_app(environment: fn(Vec3) -> Vec3) -> Option<(App, Entity)> {
     let mut app = gpu::app(|app| {
@@ -137,7 +126,7 @@ fn the_environment_is_found_again_in_its_directions() {
     let axis = world_from_camera * -ball_view().center_camera.normalize();
     let edge_angle = ball_view().edge_angle(&intrinsics(), EDGE_MARGIN_PIXELS);
     let (mut sum, mut count, mut worst) = (0.0, 0.0, (0.0, Vec3::ZERO));
-    for dir in sphere(20_000).filter(|dir| axis.angle_between(*dir) < edge_angle) {
+    for dir in cubes::sphere(20_000).filter(|dir| axis.angle_between(*dir) < edge_angle) {
         let error = ((cube.sample(dir) - smooth(dir)) / smooth(dir)).abs();
         sum += error.element_sum() / 3.0;
         count += 1.0;
@@ -217,7 +206,7 @@ fn a_clipped_lamp_is_raised_until_it_explains_the_paper() {
     app.world_mut().spawn((MarkerAnchor::new(0, MARKER_SIZE), tracking, Transform::from_translation(MARKER)));
     let irradiance = |cube: &CubePixels| {
         let count = 40_000;
-        let sum: Vec3 = sphere(count).map(|dir| cube.sample(dir) * dir.y.max(0.0)).sum();
+        let sum: Vec3 = cubes::sphere(count).map(|dir| cube.sample(dir) * dir.y.max(0.0)).sum();
         sum * 4.0 / count as f32
     };
     let (cube, measurement) = measure(&mut app, probe);

@@ -66,6 +66,10 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let multisampled: &[&str] = &["MULTISAMPLED"];
             FILTERS.iter().flat_map(|filter| [vec![*filter], vec![*filter, multisampled]]).collect()
         }
+        Some("unwrap_pass.wgsl") => {
+            let kinds: [&[&str]; 4] = [&[], &["BALL"], &["FISHEYE"], &["EQUIRECT"]];
+            kinds.into_iter().map(|kind| vec![kind]).collect()
+        }
         Some("depth_pass.wgsl") => {
             let (morphed, cut_out): (&[&str], &[&str]) = (&["MORPHED"], &["CUT_OUT"]);
             vec![vec![], vec![SKINNED], vec![morphed], vec![cut_out], vec![SKINNED, morphed, cut_out]]

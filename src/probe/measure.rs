@@ -2,14 +2,20 @@
 
 use super::{
     BallView, ClipRecovery, Ellipse, LightProbeSphere, UniformSky,
+    glance::Glance,
     recovery::{self, PaperAndBall},
+    solids::{Surroundings, solids_of},
 };
 use crate::{
     camera::{ArCamera, CameraFrame, FramePixels, Intrinsics},
+    stage::StageRole,
     tracking::{MarkerAnchor, MarkerTracking},
 };
-use bevy::{math::Affine3A, prelude::*};
-use std::time::{Duration, Instant};
+use bevy::{camera::primitives::Aabb, math::Affine3A, prelude::*};
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 /// What was seen of a probe in the newest picture; on the entity of its [`LightProbeSphere`].
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
@@ -17,9 +23,13 @@ use std::time::{Duration, Instant};
 pub struct ProbeMeasurement {
     /// Sequence number of the picture it was measured in; 0 while there has been none.
     pub sequence: u64,
-    /// Whether the ball is in view: in front of the camera with at least half of its outline's box inside the picture.
+    /// Whether the ball is in view: in front of the camera with at least a third of its outline's box inside the picture.
     /// Otherwise the last good environment stays.
     pub is_in_view: bool,
+    /// Share of all directions that the ball shows now, 0…1: about 0.9 for a ball in full view, less where a phantom or the picture's
+    /// border covers it. The others keep what was seen lately, or are guessed; the alpha of the
+    /// [`EnvironmentCube`](super::EnvironmentCube) says which.
+    pub seen_share: f32,
     /// Outline of the ball in the picture.
     pub outline: Ellipse,
     /// Share of the ball's pixels of which at least one channel is clipped, 0…1.
@@ -52,7 +62,9 @@ pub(super) struct ProbeView {
 }
 
 /// Least share of the box around the ball's outline that has to be inside the picture.
-const LEAST_VISIBLE_SHARE: f32 = 0.5;
+const LEAST_VISIBLE_SHARE: f32 = 0.33;
+/// Of a ball that is cut off further, the gain of clipped light is not measured anew.
+const LEAST_SHARE_FOR_GAIN: f32 = 0.9;
 /// Least radius of a usable ball in the picture, in pixels.
 const LEAST_RADIUS_PIXELS: f32 = 6.0;
 
@@ -62,12 +74,14 @@ type ProbeItem = (
     &'static GlobalTransform,
     Option<Ref<'static, UniformSky>>,
     &'static mut ProbeMeasurement,
+    &'static mut Glance,
 );
 
 pub(super) fn measure_probes(
     mut probes: Query<ProbeItem>,
     cameras: Query<(Entity, &ArCamera, &CameraFrame, &GlobalTransform)>,
     anchors: Query<(Ref<MarkerAnchor>, Ref<MarkerTracking>)>,
+    phantoms: Query<(&StageRole, &Aabb, &GlobalTransform)>,
 ) {
     let Some((camera, ar_camera, frame, camera_transform)) = cameras.iter().next() else {
         return;
@@ -79,12 +93,16 @@ pub(super) fn measure_probes(
         tracking.camera_from_marker.filter(|_| fresh).map(|pose| (Affine3A::from(pose), anchor.size))
     });
     let marker_changed = anchors.iter().any(|(anchor, tracking)| anchor.is_changed() || tracking.is_changed());
-    for (probe, clip_recovery, transform, uniform_sky, mut measurement) in &mut probes {
-        let center_camera = camera_from_world.transform_point3(transform.translation());
+    let solids = solids_of(phantoms.iter());
+    for (probe, clip_recovery, transform, uniform_sky, mut measurement, mut glance) in &mut probes {
+        let center = transform.translation();
+        let center_camera = camera_from_world.transform_point3(center);
+        let surroundings = Surroundings::new(&solids, &camera_from_world, center, probe.radius);
         // Out of view, the last view is kept: it must not be taken for the present one when the ball comes back.
         let unchanged = measurement.sequence == frame.sequence
             && measurement.is_in_view
             && !marker_changed
+            && surroundings == *glance.surroundings
             && !probe.is_changed()
             && !clip_recovery.is_changed()
             && !uniform_sky.as_ref().is_some_and(|sky| sky.is_changed())
@@ -100,9 +118,22 @@ pub(super) fn measure_probes(
             continue;
         }
         let started = Instant::now();
-        let observer =
-            Observer { camera, frame: &frame.pixels, intrinsics: &intrinsics, camera_from_world, seen_marker };
-        let measured = observer.measure(&probe, &clip_recovery, center_camera, uniform_sky.as_deref());
+        let observer = Observer {
+            camera,
+            frame: &frame.pixels,
+            captured: frame.captured,
+            intrinsics: &intrinsics,
+            camera_from_world,
+            seen_marker,
+        };
+        let mut measured =
+            observer.measure(&probe, &clip_recovery, center_camera, uniform_sky.as_deref(), measurement.gain);
+        if let (true, Some(view), Some(ball)) =
+            (measured.is_in_view, &measured.view, BallView::new(center_camera, probe.radius))
+        {
+            *glance = glance.take(&observer, &ball, view.edge_angle, &Arc::new(surroundings));
+            measured.seen_share = glance.seen_share;
+        }
         let measured = ProbeMeasurement {
             sequence: frame.sequence,
             cpu_time: started.elapsed(),
@@ -117,11 +148,12 @@ pub(super) fn measure_probes(
     }
 }
 
-struct Observer<'a> {
+pub(super) struct Observer<'a> {
     camera: Entity,
-    frame: &'a FramePixels,
-    intrinsics: &'a Intrinsics,
-    camera_from_world: Affine3A,
+    pub(super) frame: &'a FramePixels,
+    pub(super) captured: Duration,
+    pub(super) intrinsics: &'a Intrinsics,
+    pub(super) camera_from_world: Affine3A,
     seen_marker: Option<(Affine3A, f32)>,
 }
 
@@ -132,14 +164,16 @@ impl Observer<'_> {
         clip_recovery: &ClipRecovery,
         center_camera: Vec3,
         uniform_sky: Option<&UniformSky>,
+        last_gain: Vec3,
     ) -> ProbeMeasurement {
         let mut measured = ProbeMeasurement { gain: Vec3::ONE, ..default() };
         let Some(ball) = BallView::new(center_camera, probe.radius) else {
             return measured;
         };
         measured.outline = ball.outline(self.intrinsics);
-        measured.is_in_view = ball.radius_pixels(self.intrinsics) >= LEAST_RADIUS_PIXELS
-            && visible_share(&measured.outline, self.frame.size) >= LEAST_VISIBLE_SHARE;
+        let share = visible_share(&measured.outline, self.frame.size);
+        measured.is_in_view =
+            ball.radius_pixels(self.intrinsics) >= LEAST_RADIUS_PIXELS && share >= LEAST_VISIBLE_SHARE;
         if !measured.is_in_view {
             return measured;
         }
@@ -158,7 +192,8 @@ impl Observer<'_> {
                 camera_from_world: &self.camera_from_world,
                 normal_camera: up_camera,
             };
-            measured.gain = view.gain(paper, clip_recovery);
+            let is_whole = share >= LEAST_SHARE_FOR_GAIN;
+            measured.gain = if is_whole { view.gain(paper, clip_recovery) } else { last_gain.max(Vec3::ONE) };
         }
         let gray = |paper: Vec3| Vec3::splat(paper.element_sum() / (3.0 * clip_recovery.paper_reflectance));
         measured.view = Some(ProbeView {

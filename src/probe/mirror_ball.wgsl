@@ -12,20 +12,37 @@ struct Ball {
     reflectance: f32,
 }
 
-const NEWTON_STEPS: u32 = 6u;
+const NEWTON_STEPS: u32 = 5u;
+/// From the answer for a direction a degree beside.
+const NEIGHBOR_STEPS: u32 = 2u;
 /// Shortest component of a direction across the axis that still has an azimuth.
 const AZIMUTH_EPSILON: f32 = 1e-6;
+
+/// One step closer to the angle of the surface point that mirrors the direction at an angle from the axis.
+fn newton_step(distance: f32, mirrored_angle: f32, theta: f32) -> f32 {
+    let s = sin(theta);
+    let c = cos(theta);
+    let view_angle = atan2(s, distance - c);
+    let slope = 2.0 + (distance * c - 1.0) / (distance * distance + 1.0 - 2.0 * distance * c);
+    return theta - (2.0 * theta + view_angle - mirrored_angle) / slope;
+}
 
 /// Angle of the surface point that mirrors the direction at an angle from the axis.
 fn normal_angle(ball: Ball, mirrored_angle: f32) -> f32 {
     let distance = length(ball.center_camera) / ball.radius;
     var theta = 0.5 * mirrored_angle * (1.0 - 0.5 / distance);
     for (var i = 0u; i < NEWTON_STEPS; i++) {
-        let s = sin(theta);
-        let c = cos(theta);
-        let view_angle = atan2(s, distance - c);
-        let slope = 2.0 + (distance * c - 1.0) / (distance * distance + 1.0 - 2.0 * distance * c);
-        theta -= (2.0 * theta + view_angle - mirrored_angle) / slope;
+        theta = newton_step(distance, mirrored_angle, theta);
+    }
+    return theta;
+}
+
+/// The same, from the angle of a direction close by.
+fn neighboring_normal_angle(ball: Ball, mirrored_angle: f32, close_by: f32) -> f32 {
+    let distance = length(ball.center_camera) / ball.radius;
+    var theta = close_by;
+    for (var i = 0u; i < NEIGHBOR_STEPS; i++) {
+        theta = newton_step(distance, mirrored_angle, theta);
     }
     return theta;
 }
@@ -40,8 +57,12 @@ fn side_of(axis: vec3f, dir: vec3f) -> vec3f {
     return across / len;
 }
 
-/// Point of the ball in camera space that shows the direction at `mirrored_angle` from the axis on the given side.
-fn surface_point(ball: Ball, axis: vec3f, side: vec3f, mirrored_angle: f32) -> vec3f {
-    let theta = normal_angle(ball, mirrored_angle);
+/// Angle of a direction from the axis.
+fn angle_from(axis: vec3f, dir: vec3f) -> f32 {
+    return atan2(length(dir - axis * dot(axis, dir)), dot(axis, dir));
+}
+
+/// Point of the ball in camera space at an angle from the axis on the given side.
+fn ball_point(ball: Ball, axis: vec3f, side: vec3f, theta: f32) -> vec3f {
     return ball.center_camera + ball.radius * (axis * cos(theta) + side * sin(theta));
 }

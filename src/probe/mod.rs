@@ -1,7 +1,7 @@
 //! Frame + ball pose → raw environment cube.
 //!
-//! **Enters:** the camera's newest picture, its pose and intrinsics, the pose of a [`LightProbeSphere`], and for the clipped
-//! lights the pose of a marker. **Leaves:** an [`EnvironmentCube`] on the ball's entity, rewritten on the GPU whenever
+//! **Enters:** the camera's newest picture, its pose and intrinsics, the pose of a [`LightProbeSphere`], phantoms around it, and for the
+//! clipped lights the pose of a marker; or the picture of a [`LightProbeCamera`]. **Leaves:** an [`EnvironmentCube`] on the ball's entity, rewritten on the GPU whenever
 //! something it depends on has changed, and a [`ProbeMeasurement`] that says what was seen.
 //!
 //! # Frames and units
@@ -9,9 +9,19 @@
 //! units: the picture divided by the ball's reflectance, times the recovery's gain where the camera had clipped.
 //!
 //! # What nobody sees
-//! The ball hides a cone behind itself (half angle asin(radius/distance), about 4° at 0.75 m), and the outermost
-//! 1.5 pixels of its picture mix with the background. Those directions are filled from the ring around them, towards the
-//! ring's mean in the middle of the gap; nothing is ever black and no edge shows.
+//! The ball hides a cone behind itself (half angle asin(radius/distance), about 4° at 0.75 m), the outermost 1.5 pixels of its picture mix
+//! with the background, phantoms stand in front of it, the picture ends. Every texel has a confidence (pixels per texel where it is seen;
+//! a third is left after four seconds, less if the rest has changed) and takes the best there is, blended without an edge:
+//! 1. what is seen now, unless it was seen much finer not long ago and still looks like that,
+//! 2. towards the rim and behind it, where the ball is coarse: the camera's own picture of the phantoms that lie there (as boxes; by
+//!    direction where none does, once there are any),
+//! 3. behind the rim: an ever longer arc of the rim,
+//! 4. elsewhere: what was seen earlier, scaled as the rest of the picture has become brighter or darker,
+//! 5. the [`EnvironmentFallback`], until something has been measured.
+//!
+//! # Several pictures, one cube
+//! All balls and every [`LightProbeCamera`] (fisheye, 360°, sphere map) write one cube, one after the other; where several see, the finer
+//! picture wins. So a fisheye that looks up and a ball that shows the rest become one environment (row A9).
 //!
 //! # Clipped light, first form
 //! An 8-bit camera shows a lamp no brighter than white paper. What the clipped pixels of the ball lack is told by the marker's
@@ -24,19 +34,34 @@
 //! replaces this one a picture later (in lockstep at once).
 //!
 //! # Cost
-//! One compute dispatch of 6 · size² threads with 4 · 4 texel reads each; on the CPU 12 000 picture lookups per new picture
-//! for the recovery.
+//! One compute dispatch of 6 · size² threads per picture, each with three searches for a pixel and as many lookups of four pixels as it covers
+//! pixels (one for balls up to some 250 pixels across, at most 16), and a copy of the cube; on the CPU 12 000 picture lookups per new picture
+//! for the recovery and 216 for what has changed.
+//!
+//! # Limits
+//! Round phantoms hide as much as the boxes around them. What the camera's picture adds comes from the point on the box, as matte things
+//! would. All probes are merged by direction, as if they stood at one place.
 
+mod ball_picture;
 mod cube_directions;
 mod cube_image;
+mod fallback;
+mod glance;
+mod lens;
 mod measure;
 mod mirror_ball;
+mod probe_camera;
 mod recovery;
+mod solids;
 mod unwrap_pass;
 
+pub use ball_picture::{BallPicture, BallPictureError};
 pub use cube_image::CubeWrites;
+pub use fallback::{EnvironmentFallback, EnvironmentOrigin, SkyGradient};
+pub use lens::{FisheyeProjection, ImageCircle, LensError, ProbeLens};
 pub use measure::ProbeMeasurement;
 pub use mirror_ball::{BallView, Ellipse};
+pub use probe_camera::{LightProbeCamera, ProbeCameraState};
 pub use recovery::{ClipEvidence, ClipRecovery};
 
 pub(crate) use cube_directions::cube_directions;
@@ -44,7 +69,7 @@ pub(crate) use cube_image::cube_image;
 pub(crate) use recovery::{EDGE_MARGIN_PIXELS, gain_limits};
 pub(crate) use unwrap_pass::ClipGains;
 
-use crate::MirrorballSystems;
+use crate::{MirrorballSystems, camera::ArCamera};
 use bevy::{prelude::*, transform::TransformSystems};
 
 /// A mirrored ball standing in the real scene; its center is the entity's origin.
@@ -61,7 +86,7 @@ use bevy::{prelude::*, transform::TransformSystems};
 /// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility, ProbeMeasurement, ClipRecovery)]
+#[require(Transform, Visibility, ProbeMeasurement, ClipRecovery, glance::Glance)]
 pub struct LightProbeSphere {
     /// Radius in metres. Finite and above 0. Defaults to 0.05.
     pub radius: f32,
@@ -128,10 +153,12 @@ pub struct UniformSky {
     pub radiance: Option<Vec3>,
 }
 
-/// The environment as a cube map, on the entity of its [`LightProbeSphere`].
+/// The environment as a cube map, on the entity of every [`LightProbeSphere`], [`LightProbeCamera`] and [`ArCamera`]; it is the same
+/// on all of them.
 ///
-/// Linear camera units, world axes, 16-bit float, one mip level, edge length [`SIZE`](Self::SIZE). Written by the GPU: do
-/// not change the [`Image`] asset behind it.
+/// Linear camera units, world axes, 16-bit float, one mip level, edge length [`SIZE`](Self::SIZE). Alpha is the confidence, 0…1: pixels
+/// of the picture per texel (along an edge, at most 1) where a direction is seen, less with age where it was seen earlier, 0.001 where
+/// it is a guess. Written by the GPU: do not change the [`Image`] asset behind it.
 #[derive(Component, Clone, Debug)]
 pub struct EnvironmentCube(pub Handle<Image>);
 
@@ -155,23 +182,48 @@ impl Plugin for ProbePlugin {
             .register_type::<ClipRecovery>()
             .register_type::<ClipEvidence>()
             .register_type::<ProbeMeasurement>()
+            .register_type::<LightProbeCamera>()
+            .register_type::<ProbeCameraState>()
+            .register_type::<EnvironmentFallback>()
+            .register_type::<EnvironmentOrigin>()
+            .register_required_components::<ArCamera, EnvironmentFallback>()
             .configure_sets(PostUpdate, MirrorballSystems::Measure.after(TransformSystems::Propagate))
             .add_systems(PreUpdate, allocate_cubes.after(MirrorballSystems::Track))
-            .add_systems(PostUpdate, measure::measure_probes.in_set(MirrorballSystems::Measure));
+            .add_systems(
+                PostUpdate,
+                (
+                    (measure::measure_probes, probe_camera::view_through_lenses),
+                    fallback::choose_fallbacks.run_if(resource_exists::<Assets<Image>>),
+                )
+                    .chain()
+                    .in_set(MirrorballSystems::Measure),
+            );
         unwrap_pass::build(app);
     }
 }
 
-type NewProbe = (With<LightProbeSphere>, Without<EnvironmentCube>);
+/// The one environment cube.
+#[derive(Resource)]
+struct CubeOfAll(EnvironmentCube);
+
+type NewProbe =
+    (Or<(With<LightProbeSphere>, With<LightProbeCamera>, With<EnvironmentFallback>)>, Without<EnvironmentCube>);
 
 fn allocate_cubes(
     mut commands: Commands,
     mut images: ResMut<Assets<Image>>,
-    probes: Query<(Entity, &LightProbeSphere), NewProbe>,
+    cube: Option<Res<CubeOfAll>>,
+    probes: Query<(Entity, Option<&LightProbeSphere>), NewProbe>,
 ) {
-    for (probe, _) in probes.iter().filter(|(_, sphere)| !sphere.is_dark()) {
-        commands.entity(probe).insert(EnvironmentCube::allocate(&mut images));
+    let mut new = probes.iter().filter(|(_, sphere)| !sphere.is_some_and(LightProbeSphere::is_dark)).peekable();
+    if new.peek().is_none() {
+        return;
     }
+    let cube = cube.map_or_else(|| EnvironmentCube::allocate(&mut images), |cube| cube.0.clone());
+    for (probe, _) in new {
+        commands.entity(probe).insert(cube.clone());
+    }
+    commands.insert_resource(CubeOfAll(cube));
 }
 
 #[cfg(test)]

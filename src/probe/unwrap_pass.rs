@@ -1,11 +1,19 @@
-//! Camera picture of a mirrored ball → environment cube, one compute dispatch before all cameras.
+//! Pictures of the light → environment cube, one compute dispatch for each before all cameras.
 
 use super::{
     CubeWrites, EnvironmentCube, ProbeMeasurement,
+    fallback::FallbackPicture,
+    glance::Glance,
+    lens::LensNumbers,
     measure::ProbeView,
+    probe_camera::LensView,
     recovery::{self, MOST_SATURATION, WHITE_FROM},
+    solids::{SolidUniform, Surroundings},
 };
-use crate::{MirrorballPasses, camera::FrameTexture};
+use crate::{
+    MirrorballPasses,
+    camera::{CameraFrame, FrameTexture},
+};
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
     core_pipeline::schedule::camera_driver,
@@ -17,17 +25,29 @@ use bevy::{
         render_asset::RenderAssets,
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
-            ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, ShaderStages, ShaderType, StorageBuffer,
-            StorageTextureAccess, TextureFormat, TextureSampleType, TextureViewDescriptor, TextureViewDimension,
+            ComputePassDescriptor, ComputePipelineDescriptor, Extent3d, PipelineCache, ShaderStages, ShaderType,
+            StorageBuffer, StorageTextureAccess, Texture, TextureDescriptor, TextureDimension, TextureFormat,
+            TextureSampleType, TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension, TextureViewId,
             UniformBuffer,
-            binding_types::{storage_buffer_read_only, texture_2d, texture_storage_2d_array, uniform_buffer},
+            binding_types::{
+                storage_buffer_read_only, texture_2d, texture_2d_array, texture_storage_2d_array, uniform_buffer,
+            },
         },
         renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
         texture::GpuImage,
     },
     shader::load_shader_library,
 };
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
+
+/// Seconds after which what is no longer seen is worth a third.
+const MEMORY_SECONDS: f32 = 4.0;
+/// How much faster it loses worth while the rest changes: with the exponent of this times the share by which it has.
+const CHANGE_FORGETS: f32 = 6.0;
+/// Smaller steps from the assumed to the measured environment would get lost in the rounding of half floats.
+const LEAST_STEP: f32 = 1.0 / 64.0;
+/// Confidence of an environment that nobody has measured.
+const FALLBACK_CONFIDENCE: f32 = 0.002;
 
 /// Gain on clipped light by direction, on the entity of a probe; replaces the one gain of its measurement.
 #[derive(Component, Clone)]
@@ -49,17 +69,18 @@ impl PartialEq for ClipGains {
 
 pub(super) fn build(app: &mut App) {
     load_shader_library!(app, "mirror_ball.wgsl");
+    load_shader_library!(app, "solids.wgsl");
     embedded_asset!(app, "unwrap_pass.wgsl");
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
         warn!("ProbePlugin: no renderer, environments will not be measured");
         return;
     };
     render_app
-        .init_resource::<ExtractedProbes>()
+        .init_resource::<ExtractedSources>()
         .init_resource::<PreparedUnwraps>()
         .init_resource::<CubeWrites>()
-        .add_systems(RenderStartup, init_unwrap_pipeline)
-        .add_systems(ExtractSchedule, extract_probes)
+        .add_systems(RenderStartup, init_unwrap_pipelines)
+        .add_systems(ExtractSchedule, extract_sources)
         .add_systems(Render, prepare_unwraps.in_set(RenderSystems::PrepareBindGroups))
         .add_systems(
             RenderGraph,
@@ -86,14 +107,54 @@ struct UnwrapUniform {
     gain: Vec4,
     up_camera: Vec3,
     most_saturation: f32,
-    white_from: f32,
     uniform_radiance: Vec3,
+    white_from: f32,
+    history_scale: Vec3,
+    history_keep: f32,
+    lens: Vec4,
+    half_fov: f32,
+    wrap: f32,
     clipped_from: f32,
     gains_by_direction: f32,
+    confidence: f32,
+    least_confidence: f32,
+    share: f32,
+    has_solids: f32,
+    history_is_old: f32,
 }
 
-impl From<&ProbeView> for UnwrapUniform {
-    fn from(view: &ProbeView) -> Self {
+impl UnwrapUniform {
+    /// Without history, of full worth.
+    fn plain(numbers: LensNumbers, camera_from_world: Mat3, gain: Vec3) -> Self {
+        Self {
+            ball: BallUniform { center_camera: Vec3::NEG_Z, radius: 0.1, edge_angle: 1.0, reflectance: 1.0 },
+            camera_from_world,
+            focal: numbers.focal,
+            center: numbers.center,
+            gain: gain.extend(0.0),
+            up_camera: Vec3::ZERO,
+            most_saturation: MOST_SATURATION,
+            uniform_radiance: Vec3::ZERO,
+            white_from: WHITE_FROM,
+            history_scale: Vec3::ONE,
+            history_keep: 1.0,
+            lens: numbers.projection,
+            half_fov: numbers.half_fov,
+            wrap: numbers.wrap,
+            clipped_from: recovery::clipped_from_linear(),
+            gains_by_direction: 0.0,
+            confidence: 1.0,
+            least_confidence: 0.0,
+            share: 1.0,
+            has_solids: 0.0,
+            history_is_old: 0.0,
+        }
+    }
+
+    fn of_ball(view: &ProbeView) -> Self {
+        let numbers =
+            LensNumbers { focal: view.focal, center: view.center, projection: Vec4::X, half_fov: 0.0, wrap: 1.0 };
+        let uniform_radiance = view.uniform_radiance.unwrap_or_default();
         Self {
             ball: BallUniform {
                 center_camera: view.center_camera,
@@ -101,51 +162,174 @@ impl From<&ProbeView> for UnwrapUniform {
                 edge_angle: view.edge_angle,
                 reflectance: view.reflectance,
             },
-            camera_from_world: view.camera_from_world,
-            focal: view.focal,
-            center: view.center,
             gain: view.gain.extend(if view.uniform_radiance.is_some() { 1.0 } else { 0.0 }),
             up_camera: view.up_camera,
-            most_saturation: MOST_SATURATION,
-            white_from: WHITE_FROM,
-            uniform_radiance: view.uniform_radiance.unwrap_or_default(),
-            clipped_from: recovery::clipped_from_linear(),
-            gains_by_direction: 0.0,
+            uniform_radiance,
+            ..Self::plain(numbers, view.camera_from_world, Vec3::ONE)
         }
     }
 }
 
-#[derive(Resource, Default)]
-struct ExtractedProbes(Vec<ExtractedProbe>);
-
-struct ExtractedProbe {
-    frame: AssetId<Image>,
-    cube: AssetId<Image>,
-    sequence: u64,
-    view: ProbeView,
-    gains: Option<ClipGains>,
+/// Which of the shader's variants reads a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum PictureKind {
+    Ball,
+    Fisheye,
+    Equirect,
+    SphereMap,
 }
 
-fn extract_probes(
-    mut extracted: ResMut<ExtractedProbes>,
-    probes: Extract<Query<(&ProbeMeasurement, &EnvironmentCube, Option<&ClipGains>)>>,
+impl PictureKind {
+    const ALL: [Self; 4] = [Self::Ball, Self::Fisheye, Self::Equirect, Self::SphereMap];
+
+    fn definition(self) -> Option<&'static str> {
+        match self {
+            Self::Ball => Some("BALL"),
+            Self::Fisheye => Some("FISHEYE"),
+            Self::Equirect => Some("EQUIRECT"),
+            Self::SphereMap => None,
+        }
+    }
+}
+
+/// What a picture is taken for; compared to see whether it has to be taken again.
+#[derive(Clone, PartialEq)]
+enum SourceView {
+    Ball(ProbeView, Option<ClipGains>, Arc<Surroundings>),
+    Lens(LensView),
+    Fallback(AssetId<Image>, u32, UVec2),
+}
+
+/// The pictures that one cube is made from, in the order in which they are merged.
+#[derive(Resource, Default)]
+struct ExtractedSources {
+    cube: Option<AssetId<Image>>,
+    sources: Vec<ExtractedSource>,
+    /// Share of the way from the fallback to the measured environment that is to be gone now.
+    share: f32,
+}
+
+struct ExtractedSource {
+    entity: Entity,
+    picture: AssetId<Image>,
+    sequence: u64,
+    captured: Duration,
+    view: SourceView,
+    /// What the glance says: factor on what was seen earlier, share by which it has changed.
+    scale: Vec3,
+    change: f32,
+}
+
+impl ExtractedSource {
+    fn kind(&self) -> PictureKind {
+        match &self.view {
+            SourceView::Ball(..) => PictureKind::Ball,
+            SourceView::Lens(view) => match view.lens {
+                super::ProbeLens::Fisheye { .. } => PictureKind::Fisheye,
+                super::ProbeLens::Equirect => PictureKind::Equirect,
+                super::ProbeLens::SphereMap { .. } => PictureKind::SphereMap,
+            },
+            SourceView::Fallback(..) => PictureKind::Equirect,
+        }
+    }
+
+    fn is_fallback(&self) -> bool {
+        matches!(self.view, SourceView::Fallback(..))
+    }
+
+    fn uniform(&self) -> UnwrapUniform {
+        match &self.view {
+            SourceView::Ball(view, gains, around) => UnwrapUniform {
+                gains_by_direction: if gains.is_some() { 1.0 } else { 0.0 },
+                has_solids: if around.shown.is_empty() { 0.0 } else { 1.0 },
+                history_scale: self.scale,
+                ..UnwrapUniform::of_ball(view)
+            },
+            SourceView::Lens(view) => UnwrapUniform::plain(view.numbers, view.camera_from_world, view.gain),
+            SourceView::Fallback(_, _, size) => {
+                let numbers = super::ProbeLens::Equirect.numbers(*size);
+                UnwrapUniform {
+                    confidence: 0.0,
+                    least_confidence: FALLBACK_CONFIDENCE,
+                    ..UnwrapUniform::plain(numbers, Mat3::IDENTITY, Vec3::ONE)
+                }
+            }
+        }
+    }
+}
+
+type SeenBall =
+    (Entity, &'static ProbeMeasurement, &'static Glance, &'static EnvironmentCube, Option<&'static ClipGains>);
+type SeenPicture = (Entity, &'static LensView, &'static CameraFrame, &'static FrameTexture, &'static EnvironmentCube);
+
+fn extract_sources(
+    mut extracted: ResMut<ExtractedSources>,
+    probes: Extract<Query<SeenBall>>,
+    lenses: Extract<Query<SeenPicture>>,
+    fallbacks: Extract<Query<(Entity, &FallbackPicture, &EnvironmentCube)>>,
     cameras: Extract<Query<&FrameTexture>>,
 ) {
-    extracted.0.clear();
-    extracted.0.extend(probes.iter().filter_map(|(measurement, cube, gains)| {
-        let view = measurement.view?;
-        let frame = cameras.get(view.camera).ok()?.image.id();
-        Some(ExtractedProbe { frame, cube: cube.0.id(), sequence: measurement.sequence, view, gains: gains.cloned() })
-    }));
+    extracted.sources.clear();
+    extracted.share = 1.0;
+    let mut cube_of_all = None;
+    for (entity, fallback, cube) in &fallbacks {
+        cube_of_all = Some(cube.0.id());
+        extracted.share = fallback.share;
+        if fallback.share < 1.0 {
+            extracted.sources.push(ExtractedSource {
+                entity,
+                picture: fallback.image.id(),
+                sequence: 0,
+                captured: Duration::ZERO,
+                view: SourceView::Fallback(fallback.image.id(), fallback.version, fallback.size),
+                scale: Vec3::ONE,
+                change: 0.0,
+            });
+        }
+    }
+    for (entity, measurement, glance, cube, gains) in &probes {
+        cube_of_all = Some(cube.0.id());
+        let Some(view) = measurement.view else { continue };
+        let Ok(frame) = cameras.get(view.camera) else { continue };
+        let gains = gains.filter(|gains| gains.0.len() == ClipGains::COUNT).cloned();
+        extracted.sources.push(ExtractedSource {
+            entity,
+            picture: frame.image.id(),
+            sequence: measurement.sequence,
+            captured: glance.captured,
+            view: SourceView::Ball(view, gains, glance.surroundings.clone()),
+            scale: glance.scale,
+            change: glance.change,
+        });
+    }
+    for (entity, view, frame, texture, cube) in &lenses {
+        cube_of_all = Some(cube.0.id());
+        extracted.sources.push(ExtractedSource {
+            entity,
+            picture: texture.image.id(),
+            sequence: view.sequence,
+            captured: frame.captured,
+            view: SourceView::Lens(*view),
+            scale: Vec3::ONE,
+            change: 0.0,
+        });
+    }
+    extracted.cube = cube_of_all;
 }
 
 #[derive(Resource)]
-struct UnwrapPipeline {
+struct UnwrapPipelines {
     layout: BindGroupLayoutDescriptor,
-    id: CachedComputePipelineId,
+    ids: [(PictureKind, CachedComputePipelineId); 4],
 }
 
-fn init_unwrap_pipeline(mut commands: Commands, asset_server: Res<AssetServer>, pipeline_cache: Res<PipelineCache>) {
+impl UnwrapPipelines {
+    fn id(&self, kind: PictureKind) -> Option<CachedComputePipelineId> {
+        self.ids.iter().find(|(of, _)| *of == kind).map(|(_, id)| *id)
+    }
+}
+
+fn init_unwrap_pipelines(mut commands: Commands, asset_server: Res<AssetServer>, pipeline_cache: Res<PipelineCache>) {
     let layout = BindGroupLayoutDescriptor::new(
         "mirrorball_probe_unwrap_layout",
         &BindGroupLayoutEntries::sequential(
@@ -154,33 +338,90 @@ fn init_unwrap_pipeline(mut commands: Commands, asset_server: Res<AssetServer>, 
                 texture_2d(TextureSampleType::Float { filterable: true }),
                 uniform_buffer::<UnwrapUniform>(false),
                 storage_buffer_read_only::<Vec<Vec4>>(false),
+                storage_buffer_read_only::<Vec<SolidUniform>>(false),
+                storage_buffer_read_only::<Vec<SolidUniform>>(false),
+                texture_2d_array(TextureSampleType::Float { filterable: true }),
                 texture_storage_2d_array(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly),
             ),
         ),
     );
-    let id = pipeline_cache.queue_compute_pipeline(ComputePipelineDescriptor {
-        label: Some("mirrorball_probe_unwrap_pipeline".into()),
-        layout: vec![layout.clone()],
-        shader: load_embedded_asset!(asset_server.as_ref(), "unwrap_pass.wgsl"),
-        entry_point: Some("unwrap_ball".into()),
-        ..default()
+    let shader = load_embedded_asset!(asset_server.as_ref(), "unwrap_pass.wgsl");
+    let ids = PictureKind::ALL.map(|kind| {
+        let id = pipeline_cache.queue_compute_pipeline(ComputePipelineDescriptor {
+            label: Some("mirrorball_probe_unwrap_pipeline".into()),
+            layout: vec![layout.clone()],
+            shader: shader.clone(),
+            shader_defs: kind.definition().into_iter().map(Into::into).collect(),
+            entry_point: Some("unwrap_picture".into()),
+            ..default()
+        });
+        (kind, id)
     });
-    commands.insert_resource(UnwrapPipeline { layout, id });
+    commands.insert_resource(UnwrapPipelines { layout, ids });
 }
 
-/// Bind groups of the cubes that have to be rewritten this frame, and what each cube was last made from.
+/// What one source needs on the GPU, and what the cube was last made from.
+struct PreparedSource {
+    uniform: UniformBuffer<UnwrapUniform>,
+    gains: StorageBuffer<Vec<Vec4>>,
+    blockers: StorageBuffer<Vec<SolidUniform>>,
+    shown: StorageBuffer<Vec<SolidUniform>>,
+    bind_group: Option<([TextureViewId; 2], BindGroup)>,
+    made_from: Option<(u64, SourceView)>,
+}
+
+impl Default for PreparedSource {
+    fn default() -> Self {
+        let mut uniform = UniformBuffer::from(UnwrapUniform::plain(
+            super::ProbeLens::Equirect.numbers(UVec2::ONE),
+            Mat3::IDENTITY,
+            Vec3::ONE,
+        ));
+        uniform.set_label(Some("mirrorball_probe_unwrap_uniform"));
+        let mut gains = StorageBuffer::from(vec![Vec4::ONE; ClipGains::COUNT]);
+        gains.set_label(Some("mirrorball_probe_clip_gains"));
+        Self {
+            uniform,
+            gains,
+            blockers: solids_buffer(&[]),
+            shown: solids_buffer(&[]),
+            bind_group: None,
+            made_from: None,
+        }
+    }
+}
+
+fn solids_buffer(solids: &[SolidUniform]) -> StorageBuffer<Vec<SolidUniform>> {
+    let list = if solids.is_empty() { vec![SolidUniform::NOTHING] } else { solids.to_vec() };
+    let mut buffer = StorageBuffer::from(list);
+    buffer.set_label(Some("mirrorball_probe_solids"));
+    buffer
+}
+
+/// The cube as it was after the last dispatch.
+struct History {
+    cube: AssetId<Image>,
+    texture: Texture,
+    view: TextureView,
+    /// When the newest picture in it was taken.
+    captured: Duration,
+}
+
+/// Dispatches of this frame, and what they need.
 #[derive(Resource, Default)]
 struct PreparedUnwraps {
-    due: Vec<BindGroup>,
-    made_from: HashMap<AssetId<Image>, (u64, ProbeView, Option<ClipGains>)>,
-    gain_lists: HashMap<AssetId<Image>, StorageBuffer<Vec<Vec4>>>,
+    due: Vec<(PictureKind, BindGroup)>,
+    cube: Option<Texture>,
+    history: Option<History>,
+    sources: HashMap<Entity, PreparedSource>,
+    share: f32,
 }
 
 fn prepare_unwraps(
     mut prepared: ResMut<PreparedUnwraps>,
     mut writes: ResMut<CubeWrites>,
-    probes: Res<ExtractedProbes>,
-    pipeline: Res<UnwrapPipeline>,
+    extracted: Res<ExtractedSources>,
+    pipelines: Res<UnwrapPipelines>,
     pipeline_cache: Res<PipelineCache>,
     images: Res<RenderAssets<GpuImage>>,
     device: Res<RenderDevice>,
@@ -188,79 +429,169 @@ fn prepare_unwraps(
 ) {
     let prepared = &mut *prepared;
     prepared.due.clear();
-    prepared.gain_lists.retain(|id, _| probes.0.iter().any(|probe| probe.cube == *id));
-    prepared.made_from.retain(|id, _| probes.0.iter().any(|probe| probe.cube == *id));
-    if pipeline_cache.get_compute_pipeline(pipeline.id).is_none() {
+    prepared.sources.retain(|entity, _| extracted.sources.iter().any(|source| source.entity == *entity));
+    let Some((cube_id, cube)) = extracted.cube.and_then(|id| Some((id, images.get(id)?))) else {
+        return;
+    };
+    if prepared.history.as_ref().is_none_or(|history| history.cube != cube_id) {
+        prepared.history = Some(History::new(&device, cube_id));
+        prepared.sources.clear();
+    }
+    let Some(history) = &mut prepared.history else { return };
+    let ready: Vec<&ExtractedSource> = extracted
+        .sources
+        .iter()
+        .filter(|source| {
+            let pipeline = pipelines.id(source.kind()).and_then(|id| pipeline_cache.get_compute_pipeline(id));
+            pipeline.is_some() && images.get(source.picture).is_some()
+        })
+        .collect();
+    let is_new = |source: &&ExtractedSource| {
+        let made_from = prepared.sources.get(&source.entity).and_then(|known| known.made_from.as_ref());
+        made_from.is_none_or(|(sequence, view)| *sequence != source.sequence || *view != source.view)
+    };
+    // What is measured replaces what was only assumed in steps, so that each step is the same part of the whole way.
+    let has_measured = ready.iter().any(|source| !source.is_fallback());
+    let target = match if has_measured { extracted.share } else { 0.0 } {
+        small if small > prepared.share && small < 1.0 && small - prepared.share < LEAST_STEP => prepared.share,
+        target => target,
+    };
+    let share = if target >= 1.0 { 1.0 } else { ((target - prepared.share) / (1.0 - prepared.share)).clamp(0.0, 1.0) };
+    let is_fading = has_measured && target != prepared.share;
+    if !ready.iter().any(is_new) && !is_fading {
         return;
     }
-    for probe in &probes.0 {
-        let gains = probe.gains.clone().filter(|gains| gains.0.len() == ClipGains::COUNT);
-        let made_from = (probe.sequence, probe.view, gains.clone());
-        if prepared.made_from.get(&probe.cube) == Some(&made_from) {
-            continue;
+    prepared.share = target;
+    let captured = ready.iter().map(|source| source.captured).max().unwrap_or_default();
+    let elapsed = captured.abs_diff(history.captured).as_secs_f32();
+    let mut is_first = true;
+    for source in ready {
+        let known = prepared.sources.entry(source.entity).or_default();
+        let is_news = known.made_from.as_ref().is_none_or(|(sequence, _)| *sequence != source.sequence);
+        let mut uniform = source.uniform();
+        if !source.is_fallback() {
+            uniform.share = share;
+            if is_first {
+                let change = if is_news { source.change } else { 0.0 };
+                uniform.history_keep = (-elapsed / MEMORY_SECONDS - CHANGE_FORGETS * change).exp();
+                uniform.history_is_old = 1.0;
+            }
+            if !is_first || !is_news {
+                uniform.history_scale = Vec3::ONE;
+            }
+            is_first = false;
         }
-        let (Some(frame), Some(cube)) = (images.get(probe.frame), images.get(probe.cube)) else {
-            continue;
-        };
-        let mut uniform = UnwrapUniform::from(&probe.view);
-        uniform.gains_by_direction = if gains.is_some() { 1.0 } else { 0.0 };
-        let mut uniform = UniformBuffer::from(uniform);
-        uniform.set_label(Some("mirrorball_probe_unwrap_uniform"));
-        uniform.write_buffer(&device, &queue);
-        let gain_list = prepared.gain_lists.entry(probe.cube).or_insert_with(|| {
-            let mut list = StorageBuffer::from(vec![Vec4::ONE; ClipGains::COUNT]);
-            list.set_label(Some("mirrorball_probe_clip_gains"));
-            list
+        known.uniform.set(uniform);
+        if let SourceView::Ball(_, gains, around) = &source.view {
+            if let Some(gains) = gains {
+                known.gains.get_mut().copy_from_slice(&gains.0);
+            }
+            for (buffer, solids) in [(&mut known.blockers, &around.blockers), (&mut known.shown, &around.shown)] {
+                // Shaders take a buffer's length for the number of boxes.
+                if buffer.get().len() != solids.len().max(1) {
+                    *buffer = solids_buffer(solids);
+                    known.bind_group = None;
+                } else if !solids.is_empty() {
+                    buffer.get_mut().copy_from_slice(solids);
+                }
+            }
+        }
+        known.uniform.write_buffer(&device, &queue);
+        for buffer in [&mut known.blockers, &mut known.shown] {
+            buffer.write_buffer(&device, &queue);
+        }
+        known.gains.write_buffer(&device, &queue);
+        let Some(frame) = images.get(source.picture) else { continue };
+        let views = [frame.texture_view.id(), cube.texture_view.id()];
+        if known.bind_group.as_ref().is_none_or(|(of, _)| *of != views) {
+            let (Some(uniform), Some(gains), Some(blockers), Some(shown)) =
+                (known.uniform.binding(), known.gains.binding(), known.blockers.binding(), known.shown.binding())
+            else {
+                continue;
+            };
+            let faces = cube.texture.create_view(&TextureViewDescriptor {
+                label: Some("mirrorball_probe_cube_faces"),
+                dimension: Some(TextureViewDimension::D2Array),
+                ..default()
+            });
+            let bind_group = device.create_bind_group(
+                "mirrorball_probe_unwrap_bind_group",
+                &pipeline_cache.get_bind_group_layout(&pipelines.layout),
+                &BindGroupEntries::sequential((
+                    &frame.texture_view,
+                    uniform,
+                    gains,
+                    blockers,
+                    shown,
+                    &history.view,
+                    &faces,
+                )),
+            );
+            known.bind_group = Some((views, bind_group));
+        }
+        let Some((_, bind_group)) = &known.bind_group else { continue };
+        prepared.due.push((source.kind(), bind_group.clone()));
+        known.made_from = Some((source.sequence, source.view.clone()));
+    }
+    history.captured = captured;
+    prepared.cube = Some(cube.texture.clone());
+    writes.announce(cube_id);
+}
+
+impl History {
+    fn new(device: &RenderDevice, cube: AssetId<Image>) -> Self {
+        let texture = device.create_texture(&TextureDescriptor {
+            label: Some("mirrorball_probe_history"),
+            size: Self::EXTENT,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D2,
+            format: TextureFormat::Rgba16Float,
+            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
+            view_formats: &[],
         });
-        if let Some(gains) = gains {
-            gain_list.get_mut().copy_from_slice(&gains.0);
-        }
-        gain_list.write_buffer(&device, &queue);
-        let (Some(uniform), Some(gain_list)) = (uniform.binding(), gain_list.binding()) else {
-            continue;
-        };
-        let faces = cube.texture.create_view(&TextureViewDescriptor {
-            label: Some("mirrorball_probe_cube_faces"),
+        let view = texture.create_view(&TextureViewDescriptor {
+            label: Some("mirrorball_probe_history_view"),
             dimension: Some(TextureViewDimension::D2Array),
             ..default()
         });
-        prepared.due.push(device.create_bind_group(
-            "mirrorball_probe_unwrap_bind_group",
-            &pipeline_cache.get_bind_group_layout(&pipeline.layout),
-            &BindGroupEntries::sequential((&frame.texture_view, uniform, gain_list, &faces)),
-        ));
-        prepared.made_from.insert(probe.cube, made_from);
-        writes.announce(probe.cube);
+        Self { cube, texture, view, captured: Duration::ZERO }
     }
+
+    const EXTENT: Extent3d =
+        Extent3d { width: EnvironmentCube::SIZE, height: EnvironmentCube::SIZE, depth_or_array_layers: 6 };
 }
 
 /// Threads along each side of a workgroup, as in the shader.
 const WORKGROUP: u32 = 8;
 
 fn unwrap_pass(
-    pipeline: Option<Res<UnwrapPipeline>>,
+    pipelines: Option<Res<UnwrapPipelines>>,
     prepared: Res<PreparedUnwraps>,
     pipeline_cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let Some(pipeline) = pipeline.and_then(|p| pipeline_cache.get_compute_pipeline(p.id)) else {
+    let (Some(pipelines), Some(cube), Some(history)) = (pipelines, &prepared.cube, &prepared.history) else {
         return;
     };
-    if prepared.due.is_empty() {
-        return;
-    }
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let mut pass = ctx.command_encoder().begin_compute_pass(&ComputePassDescriptor {
-        label: Some("mirrorball_probe_unwrap_pass"),
-        timestamp_writes: None,
-    });
-    let span = diagnostics.pass_span(&mut pass, "mirrorball_probe_unwrap");
-    pass.set_pipeline(pipeline);
-    let groups = EnvironmentCube::SIZE.div_ceil(WORKGROUP);
-    for bind_group in &prepared.due {
+    for (kind, bind_group) in &prepared.due {
+        let Some(pipeline) = pipelines.id(*kind).and_then(|id| pipeline_cache.get_compute_pipeline(id)) else {
+            continue;
+        };
+        let diagnostics = ctx.diagnostic_recorder();
+        let diagnostics = diagnostics.as_deref();
+        let encoder = ctx.command_encoder();
+        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
+            label: Some("mirrorball_probe_unwrap_pass"),
+            timestamp_writes: None,
+        });
+        let span = diagnostics.pass_span(&mut pass, "mirrorball_probe_unwrap");
+        pass.set_pipeline(pipeline);
+        let groups = EnvironmentCube::SIZE.div_ceil(WORKGROUP);
         pass.set_bind_group(0, bind_group, &[]);
         pass.dispatch_workgroups(groups, groups, 6);
+        span.end(&mut pass);
+        drop(pass);
+        encoder.copy_texture_to_texture(cube.as_image_copy(), history.texture.as_image_copy(), History::EXTENT);
     }
-    span.end(&mut pass);
 }

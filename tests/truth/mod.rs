@@ -1,5 +1,7 @@
 //! The path-traced desks of `shared/data/ar_truth`: pictures, what stands there, and the light they were made with.
 
+#![allow(dead_code, reason = "each test file uses a part")]
+
 use bevy::{
     math::{Affine3A, Quat},
     prelude::*,
@@ -142,6 +144,15 @@ impl TrueSky {
             pixels: picture.pixels().map(|p| Vec3::from_array(p.0).max(Vec3::ZERO) * exposure).collect(),
             rotation_degrees: truth["env_rotation_deg"].as_f64().expect("a number") as f32,
         }
+    }
+
+    /// Radiance from a direction as a ball of a given reflectance shows it where no lamp mixes with its surroundings.
+    pub(crate) fn clipped_radiance(&self, dir: Vec3, reflectance: f32) -> Vec3 {
+        let height = self.pixels.len() / self.width;
+        let azimuth = (dir.x.atan2(-dir.z) + self.rotation_degrees.to_radians()).rem_euclid(TAU);
+        let column = ((azimuth / TAU * self.width as f32) as usize).min(self.width - 1);
+        let row = ((dir.y.clamp(-1.0, 1.0).acos() / PI * height as f32) as usize).min(height - 1);
+        (self.pixels[row * self.width + column] * reflectance).min(Vec3::ONE) / reflectance
     }
 
     /// Irradiance ÷ π at a surface. Below the horizon the map is not what the desk sees, so only the upper half counts.

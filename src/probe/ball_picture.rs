@@ -1,0 +1,198 @@
+//! A photograph of a mirrored ball, unwrapped on the CPU: for tools, and the shader's twin for tests.
+
+use super::{BallView, recovery::EDGE_MARGIN_PIXELS};
+use crate::{
+    camera::{FramePixels, Intrinsics},
+    // Plain data of a later stage.
+    environment::{EquirectPixels, equirect_direction},
+};
+use bevy::prelude::*;
+use std::f32::consts::PI;
+
+/// As in the shader `unwrap_pass.wgsl`, where the reasons are.
+const SHARP: f32 = 3.0;
+const SMOOTH: f32 = 1.0;
+const RIM: [f32; 2] = [0.6, 0.15];
+const RING: u32 = 12;
+const MOST_SAMPLES: f32 = 4.0;
+/// Shorter hidden cones than this many degrees are as good as none.
+const LEAST_HIDDEN_DEGREES: f32 = 0.5;
+
+/// A picture with a mirrored ball in it.
+///
+/// ```no_run
+/// use bevy::prelude::*;
+/// use bevy_mirrorball::{camera::FramePixels, probe::BallPicture};
+///
+/// let photo = FramePixels::open("ball.jpg").expect("a picture");
+/// // 280° of the surroundings are on the ball, which was photographed from nearby
+/// let ball = BallPicture::from_outline(&photo, Vec2::new(1031.0, 1037.0), 1988.0, 280.0).expect("a ball in the picture");
+/// ball.to_equirect(1024, Quat::IDENTITY).save("surroundings.hdr").expect("a writable folder");
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct BallPicture<'a> {
+    /// The picture.
+    pub frame: &'a FramePixels,
+    /// Of the camera that took it.
+    pub intrinsics: Intrinsics,
+    /// Where the ball is.
+    pub ball: BallView,
+    /// Share of light that it mirrors, above 0, at most 1.
+    pub reflectance: f32,
+}
+
+/// Why there is no ball in a picture.
+#[derive(thiserror::Error, Clone, Debug, PartialEq)]
+pub enum BallPictureError {
+    /// The angle.
+    #[error(
+        "a field of view of {0}° cannot be: give the camera's horizontal one (1 to 179), or how much of its surroundings the ball shows (181 to 360)"
+    )]
+    FieldOfView(f32),
+    /// The outline.
+    #[error(
+        "a ball of {diameter} pixels at {center} is not in a picture of {size} pixels; give center and diameter of its outline"
+    )]
+    Outline {
+        /// In pixels.
+        center: Vec2,
+        /// In pixels.
+        diameter: f32,
+        /// Of the picture.
+        size: UVec2,
+    },
+}
+
+impl<'a> BallPicture<'a> {
+    /// A ball whose outline was measured in the picture, center and diameter in pixels, of reflectance 1 and radius 1.
+    ///
+    /// `fov_degrees` is either the camera's horizontal field of view (below 180), with the optical axis in the middle of the
+    /// picture; or how much of its surroundings the ball shows from rim to rim (above 180; 360 is a ball far away), with the optical
+    /// axis through the ball, for pictures that were cropped.
+    ///
+    /// # Errors
+    /// A [`BallPictureError`] says which number is impossible.
+    pub fn from_outline(
+        frame: &'a FramePixels,
+        center: Vec2,
+        diameter: f32,
+        fov_degrees: f32,
+    ) -> Result<Self, BallPictureError> {
+        let size = frame.size;
+        let is_inside = center.cmpge(Vec2::ZERO).all() && center.cmple(size.as_vec2()).all();
+        if !(is_inside && diameter >= 4.0 && diameter.is_finite()) {
+            return Err(BallPictureError::Outline { center, diameter, size });
+        }
+        let radius = 0.5 * diameter;
+        let (intrinsics, half_angle) = match fov_degrees {
+            fov if (1.0..180.0).contains(&fov) => {
+                let intrinsics = Intrinsics::from_horizontal_fov(size, fov.to_radians());
+                let outward = (center - intrinsics.center).normalize_or(Vec2::X);
+                // Across the line from the picture's middle, where perspective does not stretch the outline.
+                let [middle, rim] = [center, center + radius * outward.perp()].map(|pixel| intrinsics.ray(pixel));
+                (intrinsics, middle.angle_between(rim))
+            }
+            fov if fov > 180.0 && fov <= 360.0 => {
+                let hidden = (0.5 * (360.0 - fov)).max(LEAST_HIDDEN_DEGREES).to_radians();
+                (Intrinsics { focal: Vec2::splat(radius / hidden.tan()), center, size }, hidden)
+            }
+            _ => return Err(BallPictureError::FieldOfView(fov_degrees)),
+        };
+        let ball = BallView { center_camera: intrinsics.ray(center) / half_angle.sin(), radius: 1.0 };
+        Ok(Self { frame, intrinsics, ball, reflectance: 1.0 })
+    }
+
+    /// Radiance from a direction (unit vector, camera space) in linear camera units, averaged over what directions `across` and
+    /// `down` beside it enclose. Directions that the ball hides are filled from the ring around them.
+    pub fn radiance(&self, dir: Vec3, across: Vec3, down: Vec3) -> Vec3 {
+        let edge = self.ball.edge_angle(&self.intrinsics, EDGE_MARGIN_PIXELS);
+        let axis = -self.ball.center_camera.normalize();
+        let angle = axis.cross(dir).length().atan2(axis.dot(dir));
+        let [pixel, right, below] = [dir, dir + across, dir + down].map(|d| self.pixel(d.normalize(), edge));
+        let (right, below) = (right - pixel, below - pixel);
+        let at_rim = smoothstep(edge - RIM[0], edge - RIM[1], angle);
+        let sharpness = SHARP + (SMOOTH - SHARP) * at_rim;
+        let count = Vec2::new(right.length(), below.length()).ceil().clamp(Vec2::ONE, Vec2::splat(MOST_SAMPLES));
+        let mut sum = Vec3::ZERO;
+        for j in 0..count.y as u32 {
+            for i in 0..count.x as u32 {
+                let offset = (Vec2::new(i as f32, j as f32) + 0.5) / count - 0.5;
+                sum += self.sample(pixel + right * offset.x + below * offset.y, sharpness);
+            }
+        }
+        let seen = sum / (count.x * count.y * self.reflectance);
+        if angle <= edge {
+            return seen;
+        }
+        let side = (dir - axis * axis.dot(dir)).normalize_or(axis.any_orthonormal_vector());
+        let other = axis.cross(side);
+        let inward = (angle - edge) / (PI - edge);
+        let ring = (0..RING).map(|i| {
+            let (sin, cos) = (PI * inward * ((2 * i + 1) as f32 / RING as f32 - 1.0)).sin_cos();
+            let rim = axis * edge.cos() + (side * cos + other * sin) * edge.sin();
+            self.sample(self.pixel(rim, edge), SMOOTH)
+        });
+        ring.sum::<Vec3>() / (RING as f32 * self.reflectance)
+    }
+
+    /// The surroundings as an equirectangular picture of a width in pixels (even, at least 2), in a frame turned against the
+    /// camera's. Unturned, its middle is the direction from the ball back to the camera's side (+Z), and its left edge what the
+    /// camera looks at.
+    pub fn to_equirect(&self, width: u32, camera_from_picture: Quat) -> EquirectPixels {
+        let size = UVec2::new(width, width / 2).max(UVec2::new(2, 1));
+        let direction = |pixel: Vec2| camera_from_picture * equirect_direction(pixel / size.as_vec2());
+        let texels = (0..size.x * size.y).map(|i| {
+            let pixel = UVec2::new(i % size.x, i / size.x).as_vec2() + 0.5;
+            let dir = direction(pixel);
+            self.radiance(dir, direction(pixel + Vec2::X) - dir, direction(pixel + Vec2::Y) - dir)
+        });
+        EquirectPixels { size, texels: texels.collect() }
+    }
+
+    fn pixel(&self, dir: Vec3, edge: f32) -> Vec2 {
+        self.intrinsics.project(self.ball.surface_point(dir, edge)).unwrap_or(self.intrinsics.center)
+    }
+
+    fn sample(&self, pixel: Vec2, sharpness: f32) -> Vec3 {
+        let corner = (pixel - 0.5).floor();
+        let t = ((pixel - 1.0 - corner) * sharpness + 0.5).clamp(Vec2::ZERO, Vec2::ONE);
+        let at = |dx: i32, dy: i32| self.frame.linear(corner.x as i32 + dx, corner.y as i32 + dy);
+        at(0, 0).lerp(at(1, 0), t.x).lerp(at(0, 1).lerp(at(1, 1), t.x), t.y)
+    }
+}
+
+fn smoothstep(from: f32, to: f32, x: f32) -> f32 {
+    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_outline_becomes_the_ball_that_has_it() {
+        let frame = FramePixels::new(UVec2::new(640, 480), vec![128; 640 * 480 * 4]).expect("fits");
+        for (center, fov) in
+            [(Vec2::new(320.0, 240.0), 60.0), (Vec2::new(500.0, 120.0), 60.0), (Vec2::new(300.0, 250.0), 340.0)]
+        {
+            let picture = BallPicture::from_outline(&frame, center, 120.0, fov).expect("possible");
+            let outline = picture.ball.outline(&picture.intrinsics);
+            // Perspective stretches the outline outwards and moves its middle by a pixel or two.
+            assert!(outline.center.distance(center) < 4.0 && (outline.semi_axes.y - 60.0).abs() < 1.0, "{outline:?}");
+        }
+        let far = BallPicture::from_outline(&frame, Vec2::new(320.0, 240.0), 120.0, 360.0).expect("possible");
+        assert!(far.ball.distance() > 100.0);
+        let error =
+            |fov, diameter| BallPicture::from_outline(&frame, Vec2::ONE, diameter, fov).expect_err("impossible");
+        assert!(error(180.0, 50.0).to_string().contains("180") && error(60.0, 0.0).to_string().contains("diameter"));
+    }
+
+    #[test]
+    fn a_gray_ball_shows_a_gray_world_everywhere() {
+        let frame = FramePixels::new(UVec2::new(160, 120), [188, 188, 188, 255].repeat(160 * 120)).expect("fits");
+        let picture = BallPicture::from_outline(&frame, Vec2::new(80.0, 60.0), 100.0, 300.0).expect("possible");
+        let map = picture.to_equirect(32, Quat::IDENTITY);
+        assert!(map.texels.iter().all(|texel| (*texel - 0.5029).abs().max_element() < 1e-3));
+    }
+}

@@ -1,0 +1,327 @@
+//! Pictures that show many directions at once, and which pixel shows which. WGSL twin: the lenses of `unwrap_pass.wgsl`.
+
+use bevy::prelude::*;
+use std::f32::consts::{PI, TAU};
+
+/// How the distance from the middle of a fisheye picture grows with the angle θ from the optical axis.
+///
+/// Common "fisheye" lenses are equidistant or equisolid; see the lens's data sheet.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+pub enum FisheyeProjection {
+    /// θ. Up to 360°.
+    #[default]
+    Equidistant,
+    /// 2 sin(θ/2): equal solid angles are equal areas. Up to 360°.
+    Equisolid,
+    /// 2 tan(θ/2): circles stay circles. Below 360°.
+    Stereographic,
+    /// sin θ. Up to 180°.
+    Orthographic,
+}
+
+impl FisheyeProjection {
+    /// Widest field of view, in degrees.
+    pub fn widest_degrees(self) -> f32 {
+        match self {
+            Self::Equidistant | Self::Equisolid => 360.0,
+            Self::Stereographic => 350.0,
+            Self::Orthographic => 180.0,
+        }
+    }
+
+    /// Distance from the middle in focal lengths, of an angle from the axis in radians.
+    pub fn radius(self, angle: f32) -> f32 {
+        match self {
+            Self::Equidistant => angle,
+            Self::Equisolid => 2.0 * (0.5 * angle).sin(),
+            Self::Stereographic => 2.0 * (0.5 * angle).min(1.57).tan(),
+            Self::Orthographic => angle.min(0.5 * PI).sin(),
+        }
+    }
+
+    /// Angle from the axis in radians, of a distance from the middle in focal lengths; the inverse of [`radius`](Self::radius).
+    pub fn angle(self, radius: f32) -> f32 {
+        match self {
+            Self::Equidistant => radius,
+            Self::Equisolid => 2.0 * (0.5 * radius).clamp(-1.0, 1.0).asin(),
+            Self::Stereographic => 2.0 * (0.5 * radius).atan(),
+            Self::Orthographic => radius.clamp(-1.0, 1.0).asin(),
+        }
+    }
+
+    fn one_hot(self) -> Vec4 {
+        match self {
+            Self::Equidistant => Vec4::X,
+            Self::Equisolid => Vec4::Y,
+            Self::Stereographic => Vec4::Z,
+            Self::Orthographic => Vec4::W,
+        }
+    }
+}
+
+/// How a picture shows the directions around its camera, which looks along −Z with +Y up.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Debug, Clone, PartialEq)]
+pub enum ProbeLens {
+    /// A circle within the picture (rows A3).
+    Fisheye {
+        /// The lens's projection.
+        projection: FisheyeProjection,
+        /// Angle across the whole circle, in degrees: above 0 and at most
+        /// [`widest_degrees`](FisheyeProjection::widest_degrees) of the projection.
+        fov_degrees: f32,
+        /// Where the circle is in the picture. `None`: in the middle, touching the nearer borders.
+        circle: Option<ImageCircle>,
+    },
+    /// A 360° camera's whole picture, twice as wide as high: columns are the azimuth from −Z towards +X, rows run from +Y down.
+    Equirect,
+    /// A picture of a mirrored ball taken from afar, or cropped by somebody else (rows A4, A5): the direction r is found at the half
+    /// vector of r and `wrap` times the direction to the camera.
+    SphereMap {
+        /// 1.0 for a ball that shows all directions; the source's `wrapValue`. Finite and above 0.
+        wrap: f32,
+        /// The ball's outline. `None`: in the middle, touching the nearer borders.
+        circle: Option<ImageCircle>,
+    },
+}
+
+impl Default for ProbeLens {
+    fn default() -> Self {
+        Self::Fisheye { projection: FisheyeProjection::default(), fov_degrees: 180.0, circle: None }
+    }
+}
+
+/// A circle in a picture.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Debug, Clone, PartialEq)]
+pub struct ImageCircle {
+    /// In pixels, from the top-left corner.
+    pub center: Vec2,
+    /// In pixels, finite and above 0.
+    pub radius: f32,
+}
+
+impl ImageCircle {
+    fn within(size: UVec2) -> Self {
+        Self { center: 0.5 * size.as_vec2(), radius: 0.5 * size.min_element() as f32 }
+    }
+}
+
+/// Why a lens cannot be.
+#[derive(thiserror::Error, Clone, Debug, PartialEq)]
+pub enum LensError {
+    /// The field of view.
+    #[error(
+        "ProbeLens::Fisheye.fov_degrees is {found}; a lens of this projection shows more than 0 and at most {widest} degrees"
+    )]
+    FieldOfView {
+        /// What was given, in degrees.
+        found: f32,
+        /// The widest possible, in degrees.
+        widest: f32,
+    },
+    /// The factor of a sphere map.
+    #[error(
+        "ProbeLens::SphereMap.wrap is {0}; it has to be finite and above 0, and is 1 for a ball that shows all directions"
+    )]
+    Wrap(f32),
+    /// The circle.
+    #[error(
+        "the circle of a ProbeLens has its center at {center} and a radius of {radius} pixels; both have to be finite, the radius above 0"
+    )]
+    Circle {
+        /// Its center in pixels.
+        center: Vec2,
+        /// Its radius in pixels.
+        radius: f32,
+    },
+    /// The confidence of a camera.
+    #[error("LightProbeCamera.gain is {0}; each channel has to be finite and above 0")]
+    Gain(Vec3),
+}
+
+impl ProbeLens {
+    /// Says what is wrong with it, if anything.
+    ///
+    /// # Errors
+    /// A [`LensError`] names the field and what it has to be.
+    pub fn check(&self) -> Result<(), LensError> {
+        let circle = match *self {
+            Self::Fisheye { projection, fov_degrees, circle } => {
+                let widest = projection.widest_degrees();
+                if !(fov_degrees > 0.0 && fov_degrees <= widest) {
+                    return Err(LensError::FieldOfView { found: fov_degrees, widest });
+                }
+                circle
+            }
+            Self::Equirect => None,
+            Self::SphereMap { wrap, circle } => {
+                if !(wrap > 0.0 && wrap.is_finite()) {
+                    return Err(LensError::Wrap(wrap));
+                }
+                circle
+            }
+        };
+        match circle {
+            Some(ImageCircle { center, radius }) if !(radius > 0.0 && radius.is_finite() && center.is_finite()) => {
+                Err(LensError::Circle { center, radius })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn circle(&self, size: UVec2) -> ImageCircle {
+        match *self {
+            Self::Fisheye { circle, .. } | Self::SphereMap { circle, .. } => {
+                circle.unwrap_or_else(|| ImageCircle::within(size))
+            }
+            Self::Equirect => ImageCircle { center: Vec2::ZERO, radius: 1.0 },
+        }
+    }
+
+    /// Pixel position at which a picture of a size shows a direction (unit vector, camera space); `None` if it does not.
+    pub fn pixel(&self, dir_camera: Vec3, size: UVec2) -> Option<Vec2> {
+        let ImageCircle { center, radius } = self.circle(size);
+        match *self {
+            Self::Fisheye { projection, fov_degrees, .. } => {
+                let half_fov = 0.5 * fov_degrees.to_radians();
+                let across = dir_camera.xy().length();
+                let angle = across.atan2(-dir_camera.z);
+                let side = Vec2::new(dir_camera.x, -dir_camera.y) / across.max(1e-6);
+                let from_middle = projection.radius(angle) / projection.radius(half_fov);
+                (angle <= half_fov).then(|| center + radius * from_middle * side)
+            }
+            Self::Equirect => {
+                let azimuth = (dir_camera.x.atan2(-dir_camera.z) / TAU).rem_euclid(1.0);
+                Some(size.as_vec2() * Vec2::new(azimuth, dir_camera.y.clamp(-1.0, 1.0).acos() / PI))
+            }
+            Self::SphereMap { wrap, .. } => {
+                let half = (dir_camera + Vec3::new(0.0, 0.0, wrap)).normalize_or_zero();
+                (dir_camera.z + wrap > 0.0).then(|| center + radius * Vec2::new(half.x, -half.y))
+            }
+        }
+    }
+
+    /// Direction (unit vector, camera space) that a pixel position shows; `None` outside of the lens's circle.
+    pub fn direction(&self, pixel: Vec2, size: UVec2) -> Option<Vec3> {
+        let ImageCircle { center, radius } = self.circle(size);
+        let p = (pixel - center) / radius;
+        let side = Vec2::new(p.x, -p.y);
+        match *self {
+            Self::Fisheye { projection, fov_degrees, .. } => {
+                let angle = projection.angle(p.length() * projection.radius(0.5 * fov_degrees.to_radians()));
+                let (sin, cos) = angle.sin_cos();
+                (p.length() <= 1.0).then(|| (side.normalize_or_zero() * sin).extend(-cos))
+            }
+            Self::Equirect => {
+                let uv = pixel / size.as_vec2();
+                let ((sin_azimuth, cos_azimuth), (sin, cos)) = ((TAU * uv.x).sin_cos(), (PI * uv.y).sin_cos());
+                Some(Vec3::new(sin * sin_azimuth, cos, -sin * cos_azimuth))
+            }
+            Self::SphereMap { wrap, .. } => {
+                // |t·h − wrap·e| = 1 with the half vector h: the farther solution.
+                let half = (p.length() <= 1.0).then(|| side.extend((1.0 - side.length_squared()).max(0.0).sqrt()))?;
+                let discriminant = 1.0 - wrap * wrap * (1.0 - half.z * half.z);
+                (discriminant >= 0.0)
+                    .then(|| (half * (wrap * half.z + discriminant.sqrt()) - Vec3::new(0.0, 0.0, wrap)).normalize())
+            }
+        }
+    }
+
+    /// Numbers for the shader: radii (or the picture's size), middle, projection, half the field of view, wrap.
+    pub(super) fn numbers(&self, size: UVec2) -> LensNumbers {
+        let ImageCircle { center, radius } = self.circle(size);
+        let mut numbers =
+            LensNumbers { focal: Vec2::splat(radius), center, projection: Vec4::X, half_fov: PI, wrap: 1.0 };
+        match *self {
+            Self::Fisheye { projection, fov_degrees, .. } => {
+                (numbers.projection, numbers.half_fov) = (projection.one_hot(), 0.5 * fov_degrees.to_radians());
+            }
+            Self::Equirect => numbers.focal = size.as_vec2(),
+            Self::SphereMap { wrap, .. } => numbers.wrap = wrap,
+        }
+        numbers
+    }
+}
+
+/// A lens as the shader wants it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LensNumbers {
+    pub focal: Vec2,
+    pub center: Vec2,
+    pub projection: Vec4,
+    pub half_fov: f32,
+    pub wrap: f32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: UVec2 = UVec2::new(320, 240);
+
+    fn fisheye(projection: FisheyeProjection, fov_degrees: f32) -> ProbeLens {
+        ProbeLens::Fisheye { projection, fov_degrees, circle: None }
+    }
+
+    #[test]
+    fn every_direction_in_view_comes_back_from_its_pixel() {
+        use FisheyeProjection::{Equidistant, Equisolid, Orthographic, Stereographic};
+        let off_center = Some(ImageCircle { center: Vec2::new(170.0, 111.0), radius: 93.0 });
+        let lenses = [
+            fisheye(Equidistant, 180.0),
+            fisheye(Equidistant, 220.0),
+            fisheye(Equisolid, 190.0),
+            fisheye(Stereographic, 200.0),
+            fisheye(Orthographic, 175.0),
+            ProbeLens::Fisheye { projection: Equisolid, fov_degrees: 150.0, circle: off_center },
+            ProbeLens::Equirect,
+            ProbeLens::SphereMap { wrap: 1.0, circle: off_center },
+            ProbeLens::SphereMap { wrap: 0.8, circle: None },
+        ];
+        for lens in lenses {
+            lens.check().expect("can be");
+            let mut found = 0;
+            for (dir, _) in super::super::cube_directions(16) {
+                let Some(pixel) = lens.pixel(dir, SIZE) else { continue };
+                // The rim of a ball and of an orthographic lens shows a whole degree within a hundredth of a pixel.
+                let Some(back) = lens.direction(pixel, SIZE) else { continue };
+                assert!(back.distance(dir) < 5e-3, "{lens:?}: {dir} came back as {back}");
+                found += 1;
+            }
+            assert!(found > 500, "{lens:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_lens_looks_along_minus_z_and_the_picture_is_upright() {
+        let lens = fisheye(FisheyeProjection::Equidistant, 180.0);
+        let near = |dir: Vec3, x: f32, y: f32| {
+            let pixel = lens.pixel(dir, SIZE).expect("in view");
+            assert!(pixel.distance(Vec2::new(x, y)) < 1e-3, "{dir}: {pixel}");
+        };
+        near(Vec3::NEG_Z, 160.0, 120.0);
+        near(Vec3::new(1.0, 0.0, -1.0).normalize(), 220.0, 120.0);
+        near(Vec3::new(0.0, 0.9999, -1e-2).normalize(), 160.0, 0.764);
+        assert_eq!(lens.pixel(Vec3::Z, SIZE), None);
+        let ball = ProbeLens::SphereMap { wrap: 1.0, circle: None };
+        assert!(ball.pixel(Vec3::Z, SIZE).expect("the camera itself").distance(Vec2::new(160.0, 120.0)) < 1e-3);
+        // Halfway to the rim in angle of the normal, 45°: light from the right.
+        assert!(
+            ball.pixel(Vec3::X, SIZE).expect("seen").distance(Vec2::new(160.0 + 120.0 * 0.5f32.sqrt(), 120.0)) < 1e-2
+        );
+    }
+
+    #[test]
+    fn what_no_lens_can_do_is_named() {
+        let error = fisheye(FisheyeProjection::Orthographic, 200.0).check().expect_err("too wide");
+        assert!(error.to_string().contains("fov_degrees") && error.to_string().contains("180"), "{error}");
+        assert!(fisheye(FisheyeProjection::Equidistant, f32::NAN).check().is_err());
+        assert_eq!(ProbeLens::SphereMap { wrap: 0.0, circle: None }.check(), Err(LensError::Wrap(0.0)));
+        let circle = Some(ImageCircle { center: Vec2::ZERO, radius: -1.0 });
+        assert!(
+            ProbeLens::SphereMap { wrap: 1.0, circle }.check().expect_err("no radius").to_string().contains("radius")
+        );
+    }
+}
