@@ -39,8 +39,12 @@ const FILTERS: [(&str, ShadowFilter); 7] = [
     ("pcss", SOFT),
 ];
 const SOFT: ShadowFilter = ShadowFilter::Pcss { angular_radius: 0.1 };
-const SAMPLES: [(&str, VisibilitySamples); 3] =
-    [("half", VisibilitySamples::Half), ("full", VisibilitySamples::Full), ("fragment", VisibilitySamples::Fragment)];
+const SAMPLES: [(&str, VisibilitySamples); 4] = [
+    ("interleaved", VisibilitySamples::Interleaved),
+    ("half", VisibilitySamples::Half),
+    ("full", VisibilitySamples::Full),
+    ("fragment", VisibilitySamples::Fragment),
+];
 const COVERAGES: [(&str, DomeCoverage); 2] =
     [("hemisphere", DomeCoverage::Hemisphere), ("sphere", DomeCoverage::Sphere)];
 const RESOLUTIONS: [(&str, u32); 5] = [("64", 64), ("128", 128), ("256", 256), ("512", 512), ("1024", 1024)];

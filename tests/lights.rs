@@ -415,6 +415,7 @@ fn a_table_of_rooms_by_evidence_shows_that_the_desk_tells_most() {
             let (mut app, probe) = desk_app(camera, probe, &folder.join("desk.glb"));
             app.world_mut().entity_mut(probe).insert(recovery);
             app.update();
+            app.update();
             // Another question about the same picture: now there is light that it can be compared with.
             app.world_mut().entity_mut(probe).insert(ClipRecovery { max_gain: recovery.max_gain - 1.0, ..recovery });
             app.update();

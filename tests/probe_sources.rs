@@ -3,7 +3,7 @@
 mod cubes;
 mod gpu;
 
-use bevy::prelude::*;
+use bevy::{light::EnvironmentMapLight, prelude::*};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     environment::CubePixels,
@@ -308,4 +308,14 @@ fn a_file_lights_the_scene_and_a_missing_one_does_not_stop_it() {
         let is_file = expected != EnvironmentOrigin::FittedSky;
         assert_eq!(is_file, (up - Vec3::new(0.7, 0.2, 3.0)).abs().max_element() < 0.05, "{up}");
     }
+}
+
+#[test]
+fn a_camera_that_the_game_lights_keeps_that_light() {
+    let Some(mut app) = app() else { return };
+    let pose = looking_at(BALL);
+    let camera = add_camera(&mut app, pose, photograph(pose, |_| false));
+    app.world_mut().entity_mut(camera).insert(EnvironmentMapLight::default());
+    settle(&mut app);
+    assert!(!app.world().entity(camera).contains::<EnvironmentCube>());
 }

@@ -63,9 +63,12 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             forward.iter().cloned().chain(filtered).chain([multisampled]).collect()
         }
         Some("visibility_pass.wgsl") => {
+            let steps: [&[&str]; 3] = [&[], &["TALLY"], &["GATHER"]];
             let multisampled: &[&str] = &["MULTISAMPLED"];
-            FILTERS.iter().flat_map(|filter| [vec![*filter], vec![*filter, multisampled]]).collect()
+            let filtered = FILTERS.iter().flat_map(|filter| steps.map(|step| vec![*filter, step]));
+            filtered.flat_map(|set| [set.clone(), [set.as_slice(), &[multisampled]].concat()]).collect()
         }
+        Some("soft_edges.wgsl") => vec![vec![], vec![&["MULTISAMPLED"] as &[&str]]],
         Some("unwrap_pass.wgsl") => {
             let kinds: [&[&str]; 4] = [&[], &["BALL"], &["FISHEYE"], &["EQUIRECT"]];
             kinds.into_iter().map(|kind| vec![kind]).collect()

@@ -183,10 +183,12 @@ fn under_an_even_sky_shadows_are_those_of_rays() {
     let bilinear = ShadowFilter::Bilinear;
     let soft = ShadowFilter::Pcss { angular_radius: 0.1 };
     for (directions, samples, filter, goal) in [
+        (64, VisibilitySamples::Interleaved, bilinear, 0.02),
         (64, VisibilitySamples::Half, bilinear, 0.02),
         (64, VisibilitySamples::Full, bilinear, 0.02),
         (64, VisibilitySamples::Fragment, bilinear, 0.02),
         (64, VisibilitySamples::Full, soft, 0.01),
+        (256, VisibilitySamples::Interleaved, bilinear, 0.01),
         (256, VisibilitySamples::Half, bilinear, 0.01),
         (256, VisibilitySamples::Full, bilinear, 0.01),
     ] {
@@ -203,7 +205,7 @@ fn under_an_even_sky_shadows_are_those_of_rays() {
 #[test]
 fn under_real_skies_shadows_are_close_to_those_of_rays() {
     let Some(mut desk) = furnished_desk() else { return };
-    desk.app.world_mut().despawn(desk.probe);
+    desk.forget_light();
     for name in REAL_SKIES {
         let Some(file) = shared_data::find(&format!("hdr/{name}")) else { return };
         let picture = EquirectPixels::open(&file).expect("an environment");
@@ -348,7 +350,7 @@ fn lamp_and_sky(towards: Vec3) -> (Image, RealLight) {
 #[test]
 fn a_key_light_throws_its_shadow_where_rays_throw_it() {
     let Some(mut desk) = furnished_desk() else { return };
-    desk.app.world_mut().despawn(desk.probe);
+    desk.forget_light();
     let towards = Vec3::new(-0.1, 0.8, 0.4).normalize();
     let (image, light) = lamp_and_sky(towards);
     let image = desk.app.world_mut().resource_mut::<Assets<Image>>().add(image);
@@ -380,7 +382,7 @@ fn a_key_light_throws_its_shadow_where_rays_throw_it() {
 #[test]
 fn a_near_key_light_throws_shadows_from_where_it_is() {
     let Some(mut desk) = furnished_desk() else { return };
-    desk.app.world_mut().despawn(desk.probe);
+    desk.forget_light();
     let ball = Vec3::new(0.0, 0.05, 0.0);
     let position = Vec3::new(0.35, 0.55, 0.2);
     let (towards, away) = (position - ball).normalize_and_length();

@@ -166,7 +166,7 @@ impl FromExtras for ShadowDomeLight {
         let default = Self::default();
         let all = Whole { least: 1, most: Self::MAX_DIRECTIONS };
         let coverages = [Coverage::Hemisphere, Coverage::Sphere];
-        let samples = [Samples::Half, Samples::Full, Samples::Fragment];
+        let samples = [Samples::Interleaved, Samples::Half, Samples::Full, Samples::Fragment];
         let soft = Filter::Pcss { angular_radius: 0.1 };
         let filters =
             [Filter::Nearest, Filter::Bilinear, Filter::Gauss, Filter::Pcf9, Filter::Pcf25, Filter::Pcf49, soft];
@@ -185,7 +185,8 @@ impl FromExtras for ShadowDomeLight {
                 .unwrap_or(default.key_lights),
             resolution: fields.optional("resolution", Whole { least: 32, most: 1024 }).unwrap_or(default.resolution),
             filter,
-            samples: choice(fields, "samples", &["Half", "Full", "Fragment"], &samples).unwrap_or(default.samples),
+            samples: choice(fields, "samples", &["Interleaved", "Half", "Full", "Fragment"], &samples)
+                .unwrap_or(default.samples),
             refreshed_per_frame: fields
                 .optional("refreshed_per_frame", Whole { least: 1, most: Self::MAX_DIRECTIONS })
                 .unwrap_or(default.refreshed_per_frame),

@@ -42,7 +42,7 @@ struct SurfacePoints {
     radius: f32,
     /// Half of the largest mirrored angle, its sine.
     last: f32,
-    /// Sine and cosine of the angle of the ball's normal, by the sine of half of the mirrored angle, evenly spaced over 0…1.
+    /// Sine and cosine of the angle of the ball's normal, by the sine of half of the mirrored angle, evenly spaced up to `last`.
     normals: Vec<Vec2>,
 }
 
@@ -50,15 +50,16 @@ impl SurfacePoints {
     const STEPS: usize = 512;
 
     fn new(ball: &BallView, edge_angle: f32) -> Self {
+        let last = (0.5 * edge_angle).sin();
         let normal = |step: usize| {
-            let mirrored_angle = (2.0 * (step as f32 / Self::STEPS as f32).asin()).min(edge_angle);
+            let mirrored_angle = 2.0 * (step as f32 / Self::STEPS as f32 * last).asin();
             Vec2::from(ball.normal_angle(mirrored_angle).sin_cos())
         };
         Self {
             center_camera: ball.center_camera,
             axis: -ball.center_camera.normalize(),
             radius: ball.radius,
-            last: (0.5 * edge_angle).sin(),
+            last,
             normals: (0..=Self::STEPS).map(normal).collect(),
         }
     }
@@ -66,7 +67,7 @@ impl SurfacePoints {
     fn at(&self, dir_camera: Vec3) -> Vec3 {
         let along = self.axis.dot(dir_camera);
         let side = (dir_camera - self.axis * along).normalize_or(self.axis.any_orthonormal_vector());
-        let step = (0.5 - 0.5 * along).max(0.0).sqrt().min(self.last) * Self::STEPS as f32;
+        let step = ((0.5 - 0.5 * along).max(0.0).sqrt() / self.last).min(1.0) * Self::STEPS as f32;
         let i = (step as usize).min(Self::STEPS - 1);
         let normal = self.normals[i].lerp(self.normals[i + 1], step - i as f32);
         self.center_camera + self.radius * (self.axis * normal.y + side * normal.x)

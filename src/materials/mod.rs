@@ -19,6 +19,10 @@
 //! visibility pass, as brightness. Lamps count as points, textures of lights and rectangle lights do nothing here, and light that lamps throw from thing to
 //! thing is left out, as it is on virtual surfaces.
 //!
+//! # Edges of phantoms
+//! Virtual things end where a phantom hides them, as sharply as pixels allow. [`SoftPhantomEdges`] on the camera lets the two fade
+//! into each other instead.
+//!
 //! # Toon
 //! A cartoon has its bands from the room: with E(n) = light that a white matte surface facing n gets at this place
 //! (environment, lamps and ambient light together), the direction l from which light prevails, and the surface's
@@ -60,6 +64,7 @@ mod hull;
 mod image_based;
 mod outline;
 mod phantom;
+mod soft_edges;
 mod style;
 mod toon;
 mod twin;
@@ -67,6 +72,7 @@ mod twin;
 pub use image_based::{DomeShadowed, ImageBasedMaterial};
 pub use outline::OutlineMaterial;
 pub use phantom::PhantomMaterial;
+pub use soft_edges::SoftPhantomEdges;
 pub use style::{SurfaceStyle, ToonStyle};
 pub use toon::{ToonMaterial, ToonShaded};
 
@@ -91,6 +97,7 @@ impl Plugin for MaterialsPlugin {
         embedded_asset!(app, "image_based.wgsl");
         embedded_asset!(app, "toon.wgsl");
         embedded_asset!(app, "outline.wgsl");
+        soft_edges::build(app);
         app.register_type::<SurfaceStyle>()
             .add_plugins((
                 MaterialPlugin::<PhantomMaterial>::default(),

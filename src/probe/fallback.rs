@@ -3,7 +3,7 @@
 use super::{EnvironmentCube, LightProbeSphere, ProbeMeasurement, probe_camera::LensView, recovery};
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
-    // The one thing taken from a later stage: its pictures are plain data.
+    // Taken from a later stage: its pictures are plain data.
     environment::{EnvironmentFileError, EquirectPixels, equirect_direction},
     tracking::{MarkerAnchor, MarkerTracking},
 };
@@ -18,6 +18,8 @@ use std::{path::PathBuf, time::Duration};
 
 /// What lights the scene of an [`ArCamera`] as long as no probe has been seen, so that virtual things are never black and a game
 /// works without any ball. Every [`ArCamera`] has one; removed when the camera is spawned, there is no light before a measurement.
+/// Cameras spawned with an [`EnvironmentMapLight`](bevy::light::EnvironmentMapLight) or a
+/// [`LiveEnvironment`](crate::environment::LiveEnvironment) of the game's own keep that.
 ///
 /// The first of these that exists: [`saved`](Self::saved), [`file`](Self::file), a sky fitted to the camera's picture and the
 /// marker's paper, an even gray. [`EnvironmentOrigin`] beside it says which.

@@ -69,8 +69,8 @@ pub(crate) use cube_image::cube_image;
 pub(crate) use recovery::{EDGE_MARGIN_PIXELS, gain_limits};
 pub(crate) use unwrap_pass::ClipGains;
 
-use crate::{MirrorballSystems, camera::ArCamera};
-use bevy::{prelude::*, transform::TransformSystems};
+use crate::{MirrorballSystems, camera::ArCamera, environment::LiveEnvironment};
+use bevy::{light::EnvironmentMapLight, prelude::*, transform::TransformSystems};
 
 /// A mirrored ball standing in the real scene; its center is the entity's origin.
 ///
@@ -206,8 +206,9 @@ impl Plugin for ProbePlugin {
 #[derive(Resource)]
 struct CubeOfAll(EnvironmentCube);
 
-type NewProbe =
-    (Or<(With<LightProbeSphere>, With<LightProbeCamera>, With<EnvironmentFallback>)>, Without<EnvironmentCube>);
+/// Cameras that a game lights by itself need no fallback.
+type Unlit = (With<EnvironmentFallback>, Without<EnvironmentMapLight>, Without<LiveEnvironment>);
+type NewProbe = (Or<(With<LightProbeSphere>, With<LightProbeCamera>, Unlit)>, Without<EnvironmentCube>);
 
 fn allocate_cubes(
     mut commands: Commands,

@@ -182,7 +182,7 @@ pub(super) fn write_views(
             KEY_SPAN as f32,
         ),
         served: UVec4::new(
-            served.map_or(0, |_| fitted.sample_pixels),
+            served.map_or(0, |_| fitted.samples.pixels()),
             fitted.occludes_reflections.into(),
             casters | u32::from(has_lenses) << 2 | u32::from(fitted.has_lamps) << 3,
             layout.directions,

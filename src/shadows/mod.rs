@@ -74,7 +74,7 @@ pub use filter::ShadowFilter;
 pub use lights_file::{DomeLights, FileLight, FileLightKind, LightsFile, LightsFileError};
 pub use textures::DomeTextures;
 
-use crate::{MirrorballSystems, lighting::RealLight, probe::EnvironmentCube};
+use crate::{MirrorballSystems, camera::ArCamera, lighting::RealLight, probe::EnvironmentCube};
 use bevy::{
     prelude::*,
     render::{
@@ -174,12 +174,15 @@ pub enum DomeCoverage {
 
 /// Where the sum over all directions is computed.
 ///
-/// The first two need a depth and normal prepass, which is added to the camera they serve: the first active
+/// All but the last need a depth and normal prepass, which is added to the camera they serve: the first active
 /// [`ArCamera`](crate::camera::ArCamera), without one the first active `Camera3d`. Fragments that no sample belongs to (thin
 /// things, transparent ones) and those of all other cameras compute it themselves.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum VisibilitySamples {
+    /// As [`Half`](Self::Half); but each sample sums up a quarter of the directions (and all key lights) and has the rest from
+    /// its neighbors on the same surface. Things thinner than six pixels are the less exact for it.
+    Interleaved,
     /// At every second pixel in both directions, interpolated along surfaces.
     #[default]
     Half,
@@ -193,7 +196,7 @@ impl VisibilitySamples {
     /// Pixels across one sample; 0 without samples.
     fn pixels(self) -> u32 {
         match self {
-            Self::Half => 2,
+            Self::Interleaved | Self::Half => 2,
             Self::Full => 1,
             Self::Fragment => 0,
         }
@@ -224,6 +227,7 @@ pub struct ShadowsPlugin;
 impl Plugin for ShadowsPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "dome.wgsl");
+        load_shader_library!(app, "samples.wgsl");
         load_shader_library!(app, "visibility.wgsl");
         load_shader_library!(app, "receive.wgsl");
         app.register_type::<ShadowDomeLight>()
@@ -268,8 +272,7 @@ struct FittedDome {
     keys: Vec<Option<KeyLight>>,
     world_from_dome: Quat,
     filter: ShadowFilter,
-    /// Pixels across a sample of the visibility pass; 0 without it.
-    sample_pixels: u32,
+    samples: VisibilitySamples,
     dim_share: f32,
     occludes_reflections: bool,
     /// Whether the engine's lamps shine on phantoms.
@@ -341,7 +344,7 @@ fn fit_dome(
     files: Res<Assets<LightsFile>>,
     lights: Query<&RealLight>,
     lamps: Query<(), Lamp>,
-    probes: Query<&GlobalTransform, With<EnvironmentCube>>,
+    probes: Query<&GlobalTransform, (With<EnvironmentCube>, Without<ArCamera>)>,
     mut spread: Local<Option<(DomeCoverage, u32, Directions)>>,
 ) {
     let refreshing = &mut *refreshing;
@@ -381,7 +384,7 @@ fn fit_dome(
         file_views,
         world_from_dome: transform.rotation(),
         filter: dome.filter,
-        sample_pixels: dome.samples.pixels(),
+        samples: dome.samples,
         dim_share: if dome.dim_share.is_finite() { dome.dim_share.clamp(0.0, 1.0) } else { 0.0 },
         occludes_reflections: dome.occludes_reflections,
         has_lamps: !lamps.is_empty(),

@@ -4,6 +4,7 @@
 #define_import_path bevy_mirrorball::shadows::receive
 
 #import bevy_pbr::mesh_view_bindings::view
+#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike}
 #import bevy_mirrorball::shadows::visibility::{
     brightness_left, dome, has_lamps, phantom_visibility, real_visibility, virtual_visibility,
 }
@@ -15,14 +16,6 @@
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(104) var visibility_map: texture_2d<f32>;
 
-const IS_PHANTOM: f32 = 0.0;
-const IS_VIRTUAL: f32 = 1.0;
-/// A sample belongs to the same surface if it lies no steeper than this (sine) above or below the fragment's tangent plane…
-const STEEPEST: f32 = 0.3;
-/// …within this share of the distance to the camera in any case…
-const LEAST_STEP: f32 = 1e-3;
-/// …and if the cosine between the normals is above the second of these; below the first it does not count at all.
-const SAME_NORMAL: vec2f = vec2f(0.8, 0.95);
 /// With less weight than this on all samples together, the fragment looks at the shadow maps itself.
 const LEAST_WEIGHT: f32 = 0.05;
 
@@ -42,7 +35,7 @@ fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -
     let base = floor(place);
     let share = place - base;
     let last = vec2f(textureDimensions(visibility_map)) - 1.0;
-    let tolerance = LEAST_STEP * distance(pos_world, view.world_position);
+    let distance_to_camera = distance(pos_world, view.world_position);
     var sum = vec4f(0.0);
     var weights = 0.0;
     for (var i = 0u; i < 4u; i++) {
@@ -56,10 +49,9 @@ fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -
         let uv = (vec2f(pixel) + 0.5 - view.viewport.xy) / view.viewport.zw;
         let pos = view.world_from_clip * vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, depth, 1.0);
         let offset = pos.xyz / pos.w - pos_world;
-        let is_near = abs(dot(offset, normal)) <= STEEPEST * length(offset) + tolerance;
-        let is_same = is_near && depth > 0.0 && abs(facing.a - kind) < 0.1;
-        let alike = smoothstep(SAME_NORMAL.x, SAME_NORMAL.y, dot(normalize(facing.xyz * 2.0 - 1.0), normal));
-        let weight = select(0.0, bilinear.x * bilinear.y * alike, is_same && stored.a > 0.0);
+        let is_same = depth > 0.0 && abs(facing.a - kind) < 0.1;
+        let same = alike(offset, normal, normalize(facing.xyz * 2.0 - 1.0), distance_to_camera);
+        let weight = select(0.0, bilinear.x * bilinear.y * same, is_same && stored.a > 0.0);
         sum += stored * weight;
         weights += weight;
     }

@@ -266,68 +266,140 @@ fn is_in_virtual_shadow(pos_world: vec3f, normal: vec3f) -> bool {
     return false;
 }
 
+/// Sums over directions at a surface.
+struct Tally {
+    /// Light that arrives: without virtual casters at a phantom, without any casters at a virtual surface.
+    before: vec3f,
+    /// Of it what is left.
+    after: vec3f,
+    /// At a phantom the luminance of all light under an open sky.
+    open_sky: f32,
+}
+
+fn luminance(light: vec3f) -> f32 {
+    return dot(light, vec3f(0.2126, 0.7152, 0.0722));
+}
+
+/// Which directions are summed up: those at every `step`th rank from the first on. Key lights are summed up by themselves.
+struct Ranks {
+    first: u32,
+    step: u32,
+}
+
+const ALL: Ranks = Ranks(0u, 1u);
+
+fn is_key(index: u32) -> bool {
+    return index >= dome.served.w && index < dome.counts.x;
+}
+
+fn light_on_phantom(index: u32, has_map: bool, pos_world: vec3f, normal: vec3f) -> Tally {
+    let axes = axes_of(index);
+    let source = light_at(index, axes, pos_world);
+    let cos_angle = dot(normal, source.xyz);
+    if cos_angle <= 0.0 {
+        return Tally();
+    }
+    let light = unpack_light(weights[index]) * (cos_angle * source.w);
+    if !has_map {
+        return Tally(light, light, luminance(light));
+    }
+    let seen = aim(index, axes, pos_world);
+    let real = light * visibility(PHANTOM_CASTERS, seen, above_surface(seen, normal, cos_angle), normal);
+    return Tally(real, real * visibility(VIRTUAL_CASTERS, seen, seen.pos, normal), luminance(light));
+}
+
+fn sum_of(a: Tally, b: Tally) -> Tally {
+    return Tally(a.before + b.before, a.after + b.after, a.open_sky + b.open_sky);
+}
+
+/// What directions send to a phantom.
+fn phantom_tally(pos_world: vec3f, normal: vec3f, ranks: Ranks) -> Tally {
+    let bright = bright_directions();
+    var total = Tally();
+    for (var rank = ranks.first; rank < dome.counts.y; rank += ranks.step) {
+        let index = direction_at(rank);
+        if !is_key(index) {
+            total = sum_of(total, light_on_phantom(index, rank < bright, pos_world, normal));
+        }
+    }
+    return total;
+}
+
+/// What key lights send to a phantom.
+fn phantom_keys(pos_world: vec3f, normal: vec3f) -> Tally {
+    var total = Tally();
+    for (var index = dome.served.w; index < dome.counts.x; index++) {
+        total = sum_of(total, light_on_phantom(index, true, pos_world, normal));
+    }
+    return total;
+}
+
 /// Factor on the camera's picture of a phantom.
+fn phantom_factor(total: Tally) -> vec3f {
+    let is_lit = luminance(total.before) > LEAST_LIGHT * total.open_sky;
+    return select(vec3f(1.0), total.after / max(total.before, vec3f(1e-20)), vec3<bool>(is_lit) & (total.before > vec3f(0.0)));
+}
+
 fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     if !is_in_virtual_shadow(pos_world, normal) {
         return vec3f(1.0);
     }
-    let bright = bright_directions();
-    var open_sky = vec3f(0.0);
-    var before = vec3f(0.0);
-    var after = vec3f(0.0);
-    for (var rank = 0u; rank < dome.counts.y; rank++) {
-        let index = direction_at(rank);
-        let axes = axes_of(index);
-        let source = light_at(index, axes, pos_world);
-        let cos_angle = dot(normal, source.xyz);
-        if cos_angle <= 0.0 {
-            continue;
-        }
-        let light = unpack_light(weights[index]) * (cos_angle * source.w);
-        open_sky += light;
-        if rank >= bright {
-            before += light;
-            after += light;
-            continue;
-        }
-        let seen = aim(index, axes, pos_world);
-        let real = light * visibility(PHANTOM_CASTERS, seen, above_surface(seen, normal, cos_angle), normal);
-        before += real;
-        after += real * visibility(VIRTUAL_CASTERS, seen, seen.pos, normal);
-    }
-    return select(vec3f(1.0), after / max(before, vec3f(1e-20)), before > LEAST_LIGHT * open_sky);
+    return phantom_factor(sum_of(phantom_tally(pos_world, normal, ALL), phantom_keys(pos_world, normal)));
 }
 
-/// Light that arrives at a surface past real things, which send their own instead, ÷ that of the open sky.
-fn share_of_sky(pos_world: vec3f, normal: vec3f, is_real: bool) -> vec3f {
-    let phantom_light = unpack_light(weights[dome.counts.y]);
-    let bright = bright_directions();
-    var open_sky = vec3f(0.0);
-    var arriving = vec3f(0.0);
-    for (var rank = 0u; rank < dome.counts.y; rank++) {
-        let index = direction_at(rank);
-        let axes = axes_of(index);
-        let source = light_at(index, axes, pos_world);
-        let cos_angle = dot(normal, source.xyz);
-        let weight = weights[index];
-        let light = unpack_light(weight);
-        // The environment map has all its lights far away.
-        open_sky += light * max(dot(normal, axes.direction), 0.0);
-        if cos_angle <= 0.0 {
-            continue;
-        }
-        if rank >= bright {
-            arriving += light * (cos_angle * source.w);
-            continue;
-        }
-        let seen = aim(index, axes, pos_world);
-        let above = above_surface(seen, normal, cos_angle);
-        let past_phantoms = visibility(PHANTOM_CASTERS, seen, select(seen.pos, above, is_real), normal);
-        let open = mix(phantom_light * unpack_solid_angle(weight), light * source.w, past_phantoms);
-        let past_virtual = select(visibility(VIRTUAL_CASTERS, seen, above, normal), 1.0, is_real);
-        arriving += open * past_virtual * cos_angle;
+fn light_on_surface(index: u32, has_map: bool, pos_world: vec3f, normal: vec3f, is_real: bool) -> Tally {
+    let axes = axes_of(index);
+    let source = light_at(index, axes, pos_world);
+    let cos_angle = dot(normal, source.xyz);
+    let weight = weights[index];
+    let light = unpack_light(weight);
+    // The environment map has all its lights far away.
+    let before = light * max(dot(normal, axes.direction), 0.0);
+    if cos_angle <= 0.0 {
+        return Tally(before, vec3f(0.0), 0.0);
     }
-    return select(vec3f(1.0), arriving / max(open_sky, vec3f(1e-20)), open_sky > vec3f(1e-6));
+    if !has_map {
+        return Tally(before, light * (cos_angle * source.w), 0.0);
+    }
+    let seen = aim(index, axes, pos_world);
+    let above = above_surface(seen, normal, cos_angle);
+    let past_phantoms = visibility(PHANTOM_CASTERS, seen, select(seen.pos, above, is_real), normal);
+    let hidden = unpack_light(weights[dome.counts.y]) * unpack_solid_angle(weight);
+    let open = mix(hidden, light * source.w, past_phantoms);
+    let past_virtual = select(visibility(VIRTUAL_CASTERS, seen, above, normal), 1.0, is_real);
+    return Tally(before, open * past_virtual * cos_angle, 0.0);
+}
+
+/// What directions send to a surface past real things, which send their own light instead.
+fn arriving_tally(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: Ranks) -> Tally {
+    let bright = bright_directions();
+    var total = Tally();
+    for (var rank = ranks.first; rank < dome.counts.y; rank += ranks.step) {
+        let index = direction_at(rank);
+        if !is_key(index) {
+            total = sum_of(total, light_on_surface(index, rank < bright, pos_world, normal, is_real));
+        }
+    }
+    return total;
+}
+
+/// What key lights send to a surface.
+fn arriving_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> Tally {
+    var total = Tally();
+    for (var index = dome.served.w; index < dome.counts.x; index++) {
+        total = sum_of(total, light_on_surface(index, true, pos_world, normal, is_real));
+    }
+    return total;
+}
+
+/// Light that arrives ÷ that of the open sky.
+fn arriving_share(total: Tally) -> vec3f {
+    return select(vec3f(1.0), total.after / max(total.before, vec3f(1e-20)), total.before > vec3f(1e-6));
+}
+
+fn share_of_sky(pos_world: vec3f, normal: vec3f, is_real: bool) -> vec3f {
+    let directions = arriving_tally(pos_world, normal, is_real, ALL);
+    return arriving_share(sum_of(directions, arriving_keys(pos_world, normal, is_real)));
 }
 
 /// Factor on the diffuse image-based light of a virtual surface.
@@ -341,7 +413,7 @@ fn has_lamps() -> bool {
 
 /// Of a share of light per channel its brightness, never quite 0.
 fn brightness_left(share: vec3f) -> f32 {
-    return max(dot(share, vec3f(0.2126, 0.7152, 0.0722)), 1e-3);
+    return max(luminance(share), 1e-3);
 }
 
 /// Share of the environment's light that real things leave to a real surface.

@@ -2,7 +2,7 @@
 //! camera's prepass and its main pass.
 
 use super::{
-    FilterKind,
+    FilterKind, VisibilitySamples,
     extract::ExtractedDome,
     textures::{DomeTextures, SHADOW_BINDINGS},
 };
@@ -20,9 +20,10 @@ use bevy::{
         extract_component::{ExtractComponent, ExtractComponentPlugin},
         render_asset::RenderAssets,
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
-            ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, SamplerBindingType, ShaderStages,
-            StorageTextureAccess, TextureFormat, TextureSampleType, TextureViewId,
+            BindGroup, BindGroupEntries, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            CachedComputePipelineId, ComputePassDescriptor, ComputePipelineDescriptor, Extent3d, PipelineCache,
+            SamplerBindingType, ShaderStages, StorageTextureAccess, TextureDescriptor, TextureDimension, TextureFormat,
+            TextureSampleType, TextureUsages, TextureView, TextureViewDescriptor, TextureViewId,
             binding_types::{
                 sampler, storage_buffer_read_only_sized, texture_2d, texture_2d_multisampled, texture_depth_2d,
                 texture_depth_2d_multisampled, texture_storage_2d, uniform_buffer,
@@ -75,26 +76,50 @@ impl ServedByDome {
     }
 }
 
+/// What a dispatch does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Step {
+    /// Everything, at each sample.
+    See,
+    /// A quarter of it.
+    Tally,
+    /// The rest from neighbors.
+    Gather,
+}
+
+impl Step {
+    fn of(samples: VisibilitySamples) -> &'static [Self] {
+        if samples == VisibilitySamples::Interleaved { &[Self::Tally, Self::Gather] } else { &[Self::See] }
+    }
+
+    fn entry_point(self) -> &'static str {
+        match self {
+            Self::See => "see",
+            Self::Tally => "tally",
+            Self::Gather => "gather",
+        }
+    }
+
+    fn shader_def(self) -> Option<ShaderDefVal> {
+        (self != Self::See).then(|| self.entry_point().to_uppercase().into())
+    }
+}
+
 #[derive(Resource)]
 struct VisibilityPipelines {
     dome_layout: BindGroupLayoutDescriptor,
-    single: BindGroupLayoutDescriptor,
-    multisampled: BindGroupLayoutDescriptor,
     shader: Handle<Shader>,
-    /// By filter, and whether the prepass is multisampled.
-    queued: HashMap<(FilterKind, bool), CachedComputePipelineId>,
+    /// By filter, whether the prepass is multisampled, and what is done.
+    queued: HashMap<(FilterKind, bool, Step), CachedComputePipelineId>,
 }
 
 fn init_visibility_pipelines(mut commands: Commands, asset_server: Res<AssetServer>) {
-    let compute = ShaderStages::COMPUTE;
-    let map = || texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
-    let unfiltered = TextureSampleType::Float { filterable: false };
     let [atlas, atlas_sampler, views, weights] = SHADOW_BINDINGS;
     commands.insert_resource(VisibilityPipelines {
         dome_layout: BindGroupLayoutDescriptor::new(
             "mirrorball_shadows_visibility_dome_layout",
             &BindGroupLayoutEntries::with_indices(
-                compute,
+                ShaderStages::COMPUTE,
                 (
                     (atlas, texture_depth_2d()),
                     (atlas_sampler, sampler(SamplerBindingType::Comparison)),
@@ -103,67 +128,69 @@ fn init_visibility_pipelines(mut commands: Commands, asset_server: Res<AssetServ
                 ),
             ),
         ),
-        single: BindGroupLayoutDescriptor::new(
-            "mirrorball_shadows_visibility_layout",
-            &BindGroupLayoutEntries::sequential(
-                compute,
-                (uniform_buffer::<ViewUniform>(true), texture_depth_2d(), texture_2d(unfiltered), map()),
-            ),
-        ),
-        multisampled: BindGroupLayoutDescriptor::new(
-            "mirrorball_shadows_visibility_multisampled_layout",
-            &BindGroupLayoutEntries::sequential(
-                compute,
-                (
-                    uniform_buffer::<ViewUniform>(true),
-                    texture_depth_2d_multisampled(),
-                    texture_2d_multisampled(unfiltered),
-                    map(),
-                ),
-            ),
-        ),
         shader: load_embedded_asset!(asset_server.as_ref(), "visibility_pass.wgsl"),
         queued: HashMap::default(),
     });
 }
 
-impl VisibilityPipelines {
-    fn view_layout(&self, is_multisampled: bool) -> &BindGroupLayoutDescriptor {
-        if is_multisampled { &self.multisampled } else { &self.single }
+/// Bindings of a step: the view, what the prepass has drawn, what is written, and of the last step what the first has written.
+fn view_layout(is_multisampled: bool, step: Step) -> BindGroupLayoutDescriptor {
+    let unfiltered = TextureSampleType::Float { filterable: false };
+    let (depths, normals) = if is_multisampled {
+        (texture_depth_2d_multisampled(), texture_2d_multisampled(unfiltered))
+    } else {
+        (texture_depth_2d(), texture_2d(unfiltered))
+    };
+    let format = if step == Step::Tally { TALLY_FORMAT } else { TextureFormat::Rgba16Float };
+    let written = texture_storage_2d(format, StorageTextureAccess::WriteOnly);
+    let shared = (uniform_buffer::<ViewUniform>(true), depths, normals, written);
+    let compute = ShaderStages::COMPUTE;
+    if step == Step::Gather {
+        let (view, depths, normals, written) = shared;
+        let read = texture_2d(TextureSampleType::Uint);
+        let entries = BindGroupLayoutEntries::sequential(compute, (view, depths, normals, written, read));
+        return BindGroupLayoutDescriptor::new("mirrorball_shadows_visibility_gather_layout", &entries);
     }
+    let entries = BindGroupLayoutEntries::sequential(compute, shared);
+    BindGroupLayoutDescriptor::new("mirrorball_shadows_visibility_layout", &entries)
+}
 
+impl VisibilityPipelines {
     fn pipeline(
         &mut self,
         filter: FilterKind,
         is_multisampled: bool,
+        step: Step,
         cache: &PipelineCache,
     ) -> CachedComputePipelineId {
-        let key = (filter, is_multisampled);
-        if let Some(id) = self.queued.get(&key) {
-            return *id;
-        }
-        let mut shader_defs = vec![ShaderDefVal::UInt("MATERIAL_BIND_GROUP".into(), DOME_GROUP)];
-        shader_defs.extend(filter.shader_def());
-        shader_defs.extend(is_multisampled.then(|| "MULTISAMPLED".into()));
-        let id = cache.queue_compute_pipeline(ComputePipelineDescriptor {
-            label: Some("mirrorball_shadows_visibility".into()),
-            layout: vec![self.view_layout(is_multisampled).clone(), self.dome_layout.clone()],
-            shader: self.shader.clone(),
-            shader_defs,
-            entry_point: Some("see".into()),
-            ..default()
-        });
-        self.queued.insert(key, id);
-        id
+        *self.queued.entry((filter, is_multisampled, step)).or_insert_with(|| {
+            let mut shader_defs = vec![ShaderDefVal::UInt("MATERIAL_BIND_GROUP".into(), DOME_GROUP)];
+            shader_defs.extend(filter.shader_def());
+            shader_defs.extend(step.shader_def());
+            shader_defs.extend(is_multisampled.then(|| "MULTISAMPLED".into()));
+            cache.queue_compute_pipeline(ComputePipelineDescriptor {
+                label: Some("mirrorball_shadows_visibility".into()),
+                layout: vec![view_layout(is_multisampled, step), self.dome_layout.clone()],
+                shader: self.shader.clone(),
+                shader_defs,
+                entry_point: Some(step.entry_point().into()),
+                ..default()
+            })
+        })
     }
 }
+
+/// A sample's sums over a quarter of the directions, eight 16-bit floats.
+const TALLY_FORMAT: TextureFormat = TextureFormat::Rgba32Uint;
 
 /// The dome's bindings and what the pass needs besides, remade when what they were made from changes.
 #[derive(Resource, Default)]
 struct DomeBindings {
     bind_group: Option<BindGroup>,
     made_from: Option<(TextureViewId, AssetId<Image>)>,
-    pipeline: Option<(CachedComputePipelineId, bool)>,
+    steps: Vec<(Step, CachedComputePipelineId, BindGroupLayout)>,
+    /// Between the two steps of interleaved samples, and its size.
+    tallies: Option<(Extent3d, TextureView)>,
 }
 
 fn prepare_dome_bindings(
@@ -177,18 +204,42 @@ fn prepare_dome_bindings(
     buffers: Res<RenderAssets<GpuShaderBuffer>>,
     device: Res<RenderDevice>,
 ) {
-    prepared.pipeline = None;
+    prepared.steps.clear();
     let (Some(textures), Some(msaa)) = (textures, served.iter().next()) else {
         return;
     };
-    let (Some(atlas), Some(views), Some(weights)) =
-        (images.get(&textures.atlas), buffers.get(&textures.views), buffers.get(&textures.weights))
-    else {
+    let (Some(atlas), Some(views), Some(weights), Some(map)) = (
+        images.get(&textures.atlas),
+        buffers.get(&textures.views),
+        buffers.get(&textures.weights),
+        images.get(&textures.visibility),
+    ) else {
         return;
     };
     let is_multisampled = msaa.samples() > 1;
-    let pipeline = pipelines.pipeline(textures.filter, is_multisampled, &pipeline_cache);
-    prepared.pipeline = (dome.fitted.direction_count() > 0).then_some((pipeline, is_multisampled));
+    if dome.fitted.direction_count() > 0 {
+        for &step in Step::of(dome.fitted.samples) {
+            let pipeline = pipelines.pipeline(textures.filter, is_multisampled, step, &pipeline_cache);
+            let layout = pipeline_cache.get_bind_group_layout(&view_layout(is_multisampled, step));
+            prepared.steps.push((step, pipeline, layout));
+        }
+    }
+    let size = map.texture_descriptor.size;
+    if dome.fitted.samples != VisibilitySamples::Interleaved {
+        prepared.tallies = None;
+    } else if prepared.tallies.as_ref().is_none_or(|(of, _)| *of != size) {
+        let texture = device.create_texture(&TextureDescriptor {
+            label: Some("mirrorball_shadows_tallies"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D2,
+            format: TALLY_FORMAT,
+            usage: TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        prepared.tallies = Some((size, texture.create_view(&TextureViewDescriptor::default())));
+    }
     let made_from = Some((atlas.texture_view.id(), textures.atlas.id()));
     if prepared.bind_group.is_some() && prepared.made_from == made_from {
         return;
@@ -210,7 +261,6 @@ fn prepare_dome_bindings(
 fn visibility_pass(
     view: ViewQuery<(&ViewPrepassTextures, &ViewUniformOffset), With<ServedByDome>>,
     prepared: Res<DomeBindings>,
-    pipelines: Res<VisibilityPipelines>,
     textures: Option<Res<DomeTextures>>,
     view_uniforms: Res<ViewUniforms>,
     pipeline_cache: Res<PipelineCache>,
@@ -219,13 +269,10 @@ fn visibility_pass(
     mut ctx: RenderContext,
 ) {
     let (prepass, view_offset) = view.into_inner();
-    let (Some(textures), Some(dome), Some((pipeline, is_multisampled))) =
-        (textures, &prepared.bind_group, prepared.pipeline)
-    else {
+    let (Some(textures), Some(dome)) = (textures, &prepared.bind_group) else {
         return;
     };
-    let (Some(pipeline), Some(depth), Some(normal), Some(uniforms), Some(map)) = (
-        pipeline_cache.get_compute_pipeline(pipeline),
+    let (Some(depth), Some(normal), Some(uniforms), Some(map)) = (
         prepass.depth_view(),
         prepass.normal_view(),
         view_uniforms.uniforms.binding(),
@@ -233,11 +280,12 @@ fn visibility_pass(
     ) else {
         return;
     };
-    let bind_group = device.create_bind_group(
-        "mirrorball_shadows_visibility_bind_group",
-        &pipeline_cache.get_bind_group_layout(pipelines.view_layout(is_multisampled)),
-        &BindGroupEntries::sequential((uniforms, depth, normal, &map.texture_view)),
-    );
+    let ready = |(_, id, _): &(Step, CachedComputePipelineId, BindGroupLayout)| {
+        pipeline_cache.get_compute_pipeline(*id).is_some()
+    };
+    if prepared.steps.is_empty() || !prepared.steps.iter().all(ready) {
+        return;
+    }
     let size = map.texture_descriptor.size;
     let diagnostics = ctx.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
@@ -246,9 +294,31 @@ fn visibility_pass(
         timestamp_writes: None,
     });
     let span = diagnostics.pass_span(&mut pass, "mirrorball_shadows_visibility");
-    pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, &bind_group, &[view_offset.offset]);
     pass.set_bind_group(DOME_GROUP, dome, &[]);
-    pass.dispatch_workgroups(size.width.div_ceil(WORKGROUP), size.height.div_ceil(WORKGROUP), 1);
+    for (step, id, layout) in &prepared.steps {
+        let label = "mirrorball_shadows_visibility_bind_group";
+        let tallies = prepared.tallies.as_ref().map(|(_, view)| view);
+        let bind_group = match (step, tallies) {
+            (Step::Gather, Some(tallies)) => device.create_bind_group(
+                label,
+                layout,
+                &BindGroupEntries::sequential((uniforms.clone(), depth, normal, &map.texture_view, tallies)),
+            ),
+            (Step::Tally, Some(tallies)) => device.create_bind_group(
+                label,
+                layout,
+                &BindGroupEntries::sequential((uniforms.clone(), depth, normal, tallies)),
+            ),
+            _ => device.create_bind_group(
+                label,
+                layout,
+                &BindGroupEntries::sequential((uniforms.clone(), depth, normal, &map.texture_view)),
+            ),
+        };
+        let Some(pipeline) = pipeline_cache.get_compute_pipeline(*id) else { continue };
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &bind_group, &[view_offset.offset]);
+        pass.dispatch_workgroups(size.width.div_ceil(WORKGROUP), size.height.div_ceil(WORKGROUP), 1);
+    }
     span.end(&mut pass);
 }

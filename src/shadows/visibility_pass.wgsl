@@ -1,8 +1,14 @@
 // One thread per sample: the share of light that arrives at the surface which the prepass has seen there.
+//
+// With INTERLEAVED it takes two dispatches. In the first, `tally`, each of 2 × 2 samples sums up a quarter of the directions; in
+// the second, `gather`, every sample takes from its neighbors what it has not looked at (after Keller and Heidrich 2001,
+// *Interleaved sampling*). Key lights, whose shadows have edges, are looked at in each.
 
 #import bevy_render::view::View
+#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike}
 #import bevy_mirrorball::shadows::visibility::{
-    brightness_left, dome, has_lamps, phantom_visibility, real_visibility, virtual_visibility,
+    ALL, Ranks, Tally, arriving_keys, arriving_share, arriving_tally, brightness_left, dome, has_lamps, luminance,
+    phantom_factor, phantom_keys, phantom_tally, phantom_visibility, real_visibility, sum_of, virtual_visibility,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -13,30 +19,160 @@
 @group(0) @binding(1) var depths: texture_depth_2d;
 @group(0) @binding(2) var normals: texture_2d<f32>;
 #endif
+#ifdef TALLY
+@group(0) @binding(3) var tallies: texture_storage_2d<rgba32uint, write>;
+#else
 @group(0) @binding(3) var map: texture_storage_2d<rgba16float, write>;
+#endif
+#ifdef GATHER
+@group(0) @binding(4) var tallies: texture_2d<u32>;
+#endif
 
-@compute @workgroup_size(8, 8)
-fn see(@builtin(global_invocation_id) id: vec3u) {
-    let size = textureDimensions(map);
-    if any(id.xy >= size) {
-        return;
-    }
-    let pixel = vec2i(id.xy * dome.served.x);
+/// Samples along each side of a square in which every direction is looked at once.
+const SQUARE: u32 = 2u;
+
+/// What the prepass has seen at a sample.
+struct Surface {
+    pos_world: vec3f,
+    normal: vec3f,
+    is_phantom: bool,
+    is_virtual: bool,
+}
+
+fn surface_at(sample: vec2u) -> Surface {
+    let pixel = vec2i(sample * dome.served.x);
     let depth = textureLoad(depths, pixel, 0);
     let facing = textureLoad(normals, pixel, 0);
     let uv = (vec2f(pixel) + 0.5 - view.viewport.xy) / view.viewport.zw;
     let pos = view.world_from_clip * vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, depth, 1.0);
-    let pos_world = pos.xyz / pos.w;
-    let normal = normalize(facing.xyz * 2.0 - 1.0);
-    var result = vec4f(1.0);
-    // What was drawn there says the normal's alpha: 0 a phantom that receives, 1 a virtual surface.
-    if depth > 0.0 && facing.a < 0.1 {
-        result = vec4f(phantom_visibility(pos_world, normal), 1.0);
+    // What was drawn there says the normal's alpha.
+    return Surface(
+        pos.xyz / pos.w, normalize(facing.xyz * 2.0 - 1.0),
+        depth > 0.0 && abs(facing.a - IS_PHANTOM) < 0.1, depth > 0.0 && abs(facing.a - IS_VIRTUAL) < 0.1,
+    );
+}
+
+#ifdef TALLY
+/// Of a phantom also the luminance under an open sky, and past other phantoms with what they send instead.
+fn pack(total: Tally, left: f32, open: f32) -> vec4u {
+    return vec4u(
+        pack2x16float(total.before.rg), pack2x16float(vec2f(total.before.b, total.after.r)),
+        pack2x16float(total.after.gb), pack2x16float(vec2f(left, open)),
+    );
+}
+
+@compute @workgroup_size(8, 8)
+fn tally(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(tallies)) {
+        return;
+    }
+    let here = surface_at(id.xy);
+    let quarter = Ranks(id.x % SQUARE + SQUARE * (id.y % SQUARE), SQUARE * SQUARE);
+    var result = vec4u(0u);
+    if here.is_phantom {
+        let total = phantom_tally(here.pos_world, here.normal, quarter);
+        var left = Tally();
         if has_lamps() {
-            result.a = brightness_left(real_visibility(pos_world, normal));
+            left = arriving_tally(here.pos_world, here.normal, true, quarter);
         }
-    } else if depth > 0.0 && facing.a > 0.9 {
-        result = vec4f(virtual_visibility(pos_world, normal), 1.0);
+        result = pack(total, luminance(left.after), luminance(left.before));
+    } else if here.is_virtual {
+        result = pack(arriving_tally(here.pos_world, here.normal, false, quarter), 0.0, 0.0);
+    }
+    textureStore(tallies, id.xy, result);
+}
+#endif
+
+#ifdef GATHER
+/// Sums of a whole square, after one another: before, after, and at a phantom the light left of the open sky's.
+struct Gathered {
+    total: Tally,
+    left: f32,
+    open: f32,
+}
+
+/// Neighbors weigh 1 2 1, 2 4 2, 1 2 1, so each place in a square as much as any other.
+fn gather_tallies(sample: vec2u, here: Surface) -> Gathered {
+    let last = vec2i(textureDimensions(tallies)) - 1;
+    var sums = array<vec4f, 2>();
+    var quarters = 0.0;
+    for (var place = 0; place < 4; place++) {
+        let aside = vec2i(place & 1, place >> 1u);
+        var low = vec4f(0.0);
+        var high = vec4f(0.0);
+        var weights = 0.0;
+        for (var i = 0; i < (1 << u32(aside.x + aside.y)); i++) {
+            let sign = 1 - 2 * vec2i(i & 1, (i >> u32(aside.x)) & 1);
+            // Beyond the border lies the mirror image, where the same directions are looked at.
+            let beside = abs(vec2i(sample) + sign * aside);
+            let neighbor = vec2u(select(beside, max(2 * last - beside, vec2i(0)), beside > last));
+            let there = surface_at(neighbor);
+            let is_same = here.is_phantom == there.is_phantom && here.is_virtual == there.is_virtual;
+            let weight = select(0.0, alike(
+                there.pos_world - here.pos_world, here.normal, there.normal, distance(here.pos_world, view.world_position),
+            ), is_same);
+            let packed = textureLoad(tallies, neighbor, 0);
+            low += weight * vec4f(unpack2x16float(packed.x), unpack2x16float(packed.y));
+            high += weight * vec4f(unpack2x16float(packed.z), unpack2x16float(packed.w));
+            weights += weight;
+        }
+        // With hardly anything of a place seen, the others stand for it.
+        let trust = min(weights, 1.0) / max(weights, 1e-6);
+        sums[0] += trust * low;
+        sums[1] += trust * high;
+        quarters += min(weights, 1.0);
+    }
+    let scale = f32(SQUARE * SQUARE) / max(quarters, 1e-6);
+    let low = scale * sums[0];
+    let high = scale * sums[1];
+    let total = Tally(low.rgb, vec3f(low.a, high.rg), 0.0);
+    return Gathered(total, high.b, high.a);
+}
+
+@compute @workgroup_size(8, 8)
+fn gather(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(map)) {
+        return;
+    }
+    let here = surface_at(id.xy);
+    var result = vec4f(1.0);
+    if here.is_phantom || here.is_virtual {
+        let found = gather_tallies(id.xy, here);
+        if here.is_phantom {
+            result = vec4f(phantom_factor(sum_of(found.total, phantom_keys(here.pos_world, here.normal))), 1.0);
+            if has_lamps() {
+                let keys = arriving_keys(here.pos_world, here.normal, true);
+                let open = found.open + luminance(keys.before);
+                let left = (found.left + luminance(keys.after)) / max(open, 1e-20);
+                result.a = brightness_left(vec3f(select(1.0, left, open > 1e-6)));
+            }
+        } else {
+            let keys = arriving_keys(here.pos_world, here.normal, false);
+            result = vec4f(arriving_share(sum_of(found.total, keys)), 1.0);
+        }
     }
     textureStore(map, id.xy, result);
 }
+#endif
+
+#ifndef TALLY
+#ifndef GATHER
+@compute @workgroup_size(8, 8)
+fn see(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(map)) {
+        return;
+    }
+    let here = surface_at(id.xy);
+    var result = vec4f(1.0);
+    if here.is_phantom {
+        result = vec4f(phantom_visibility(here.pos_world, here.normal), 1.0);
+        if has_lamps() {
+            result.a = brightness_left(real_visibility(here.pos_world, here.normal));
+        }
+    } else if here.is_virtual {
+        result = vec4f(virtual_visibility(here.pos_world, here.normal), 1.0);
+    }
+    textureStore(map, id.xy, result);
+}
+#endif
+#endif

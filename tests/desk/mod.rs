@@ -10,7 +10,7 @@ use bevy_mirrorball::{
     materials::MaterialsPlugin,
     offscreen,
     prelude::*,
-    probe::{ProbePlugin, UniformSky},
+    probe::{EnvironmentCube, EnvironmentFallback, ProbePlugin, UniformSky},
     shadows::ShadowsPlugin,
     stage::StagePlugin,
 };
@@ -58,6 +58,14 @@ impl Desk {
         let sheet = Plane3d::default().mesh().size(2.0, 2.0).build();
         desk.plane = desk.add(sheet, Vec3::ZERO, PhantomObject { casts: false, ..default() });
         Some(desk)
+    }
+
+    /// Takes the ball away, and what would light the scene in its place.
+    pub(crate) fn forget_light(&mut self) {
+        let world = self.app.world_mut();
+        world.despawn(self.probe);
+        let camera = world.query_filtered::<Entity, With<ArCamera>>().single(world).expect("one camera");
+        world.entity_mut(camera).remove::<(EnvironmentFallback, EnvironmentCube)>();
     }
 
     pub(crate) fn add(&mut self, mesh: impl Into<Mesh>, place: Vec3, extra: impl Bundle) -> Entity {

@@ -1,0 +1,77 @@
+// Softens where a phantom is in front of something virtual: on both sides of such an edge a pixel gets as much of what is on the
+// other side as that takes up of a disc around it.
+
+#import bevy_render::view::View
+
+/// Mirror of `SoftEdgesUniform` in soft_edges.rs.
+struct SoftEdges {
+    /// Of the disc, in pixels.
+    radius: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var picture: texture_2d<f32>;
+#ifdef MULTISAMPLED
+@group(0) @binding(2) var depths: texture_depth_multisampled_2d;
+@group(0) @binding(3) var normals: texture_multisampled_2d<f32>;
+#else
+@group(0) @binding(2) var depths: texture_depth_2d;
+@group(0) @binding(3) var normals: texture_2d<f32>;
+#endif
+@group(0) @binding(4) var<uniform> edges: SoftEdges;
+
+const SAMPLES: i32 = 32;
+/// Rows of the matrix that turns by the golden angle.
+const GOLDEN_TURN: vec4f = vec4f(-0.737369, -0.675490, 0.675490, -0.737369);
+/// What is virtual is behind a phantom if it is this share of the distance to the camera behind its surface.
+const LEAST_STEP: f32 = 2e-3;
+
+/// What the prepass has seen at a pixel.
+struct Surface {
+    pos_world: vec3f,
+    normal: vec3f,
+    is_virtual: bool,
+    is_phantom: bool,
+}
+
+fn surface_at(pixel: vec2i) -> Surface {
+    let depth = textureLoad(depths, pixel, 0);
+    let facing = textureLoad(normals, pixel, 0);
+    let uv = (vec2f(pixel) + 0.5 - view.viewport.xy) / view.viewport.zw;
+    let pos = view.world_from_clip * vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, max(depth, 1e-9), 1.0);
+    let is_virtual = facing.a > 0.5;
+    return Surface(
+        pos.xyz / pos.w, normalize(facing.xyz * 2.0 - 1.0), depth > 0.0 && is_virtual, depth > 0.0 && !is_virtual,
+    );
+}
+
+/// Whether a phantom's surface is between the camera and something virtual, and not below or beside it.
+fn is_before(phantom: Surface, behind: Surface) -> bool {
+    let height = dot(behind.pos_world - phantom.pos_world, phantom.normal);
+    return phantom.is_phantom && behind.is_virtual
+        && height < -LEAST_STEP * distance(view.world_position, phantom.pos_world);
+}
+
+@fragment
+fn soften(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let last = vec2i(textureDimensions(picture)) - 1;
+    let color = textureLoad(picture, pixel, 0);
+    let here = surface_at(pixel);
+    if !(here.is_virtual || here.is_phantom) {
+        return color;
+    }
+    var other = vec4f(0.0);
+    var turned = vec2f(1.0, 0.0);
+    for (var i = 0; i < SAMPLES; i++) {
+        let offset = turned * (edges.radius * sqrt((f32(i) + 0.5) / f32(SAMPLES)));
+        let neighbor = clamp(vec2i(floor(position.xy + offset)), vec2i(0), last);
+        let there = surface_at(neighbor);
+        if is_before(here, there) || is_before(there, here) {
+            other += vec4f(textureLoad(picture, neighbor, 0).rgb, 1.0);
+        }
+        turned = vec2f(dot(turned, GOLDEN_TURN.xy), dot(turned, GOLDEN_TURN.zw));
+    }
+    let mixed = mix(color.rgb, other.rgb / max(other.a, 1.0), other.a / f32(SAMPLES));
+    return vec4f(mixed, color.a);
+}
