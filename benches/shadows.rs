@@ -5,11 +5,12 @@
 //! In the development profile, so that what `cargo test` has built is used: all measured work is the graphics driver's. The
 //! columns are `case,directions,casters,triangles,width,height,k,ours_ms,peer,peer_ms,ratio,device`. Times are what a frame
 //! takes longer than the same frame without shadows (medians of alternating blocks), ratio = ours ÷ peer; rows with peer
-//! `none` have whole frames instead. A case is `static` or `moving` (every caster turns in every frame) and `k` the number of
-//! directions drawn again per moving frame.
+//! `none` have whole frames instead. A case is `static` or `moving` (every caster turns in every frame), with what
+//! `VisibilitySamples` are used, and `k` is the number of directions drawn again per moving frame.
 //!
 //! `--triangles 1000,20000,200000` and `--directions 16,64,256` choose what is measured, `--size 640x360` the picture,
-//! `--blocks N` how often blocks alternate, `--peers directional_2,ssao` the peers.
+//! `--blocks N` how often blocks alternate, `--peers directional_2,ssao` the peers, `--samples interleaved,half` what is summed up where,
+//! `--key-lights N` how many places for key lights the dome has, all of them free.
 
 use bevy::{
     camera::Exposure,
@@ -24,7 +25,11 @@ use bevy::{
     },
 };
 use bevy_mirrorball::{
-    environment::CubePixels, materials::MaterialsPlugin, offscreen, prelude::*, shadows::ShadowsPlugin,
+    environment::CubePixels,
+    materials::MaterialsPlugin,
+    offscreen,
+    prelude::*,
+    shadows::{ShadowsPlugin, VisibilitySamples},
     stage::StagePlugin,
 };
 use std::{collections::BTreeMap, fmt::Write, path::PathBuf, str::FromStr, time::Instant};
@@ -38,11 +43,47 @@ const REFRESHED: u32 = 16;
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Samples {
+    Interleaved,
+    Half,
+    Full,
+}
+
+impl Samples {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Interleaved => "interleaved",
+            Self::Half => "half",
+            Self::Full => "full",
+        }
+    }
+
+    fn of_dome(self) -> VisibilitySamples {
+        match self {
+            Self::Interleaved => VisibilitySamples::Interleaved,
+            Self::Half => VisibilitySamples::Half,
+            Self::Full => VisibilitySamples::Full,
+        }
+    }
+}
+
+impl FromStr for Samples {
+    type Err = std::io::Error;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let all = [Self::Interleaved, Self::Half, Self::Full];
+        all.into_iter()
+            .find(|samples| samples.name() == name)
+            .ok_or_else(|| std::io::Error::other(format!("--samples: {name} is none of interleaved, half, full")))
+    }
+}
+
 /// What throws the shadows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Method {
     None,
-    Dome(u32),
+    Dome(u32, Samples),
     Directional(u32),
     Spot(u32),
     Ssao,
@@ -55,7 +96,7 @@ impl Method {
     fn name(self) -> String {
         match self {
             Self::None => "none".into(),
-            Self::Dome(directions) => format!("dome_{directions}"),
+            Self::Dome(directions, samples) => format!("dome_{directions}_{}", samples.name()),
             Self::Directional(count) => format!("directional_{count}"),
             Self::Spot(count) => format!("spot_{count}"),
             Self::Ssao => "ssao".into(),
@@ -67,6 +108,8 @@ struct Options {
     csv: Option<PathBuf>,
     triangles: Vec<u32>,
     directions: Vec<u32>,
+    samples: Vec<Samples>,
+    key_lights: u32,
     peers: Vec<Method>,
     size: UVec2,
     blocks: usize,
@@ -79,6 +122,8 @@ impl Options {
             csv: None,
             triangles: vec![1_000, 20_000, 200_000],
             directions: vec![16, 64, 256],
+            samples: vec![Samples::Interleaved, Samples::Half],
+            key_lights: 0,
             peers: Method::PEERS.to_vec(),
             size: UVec2::new(640, 360),
             blocks: 1,
@@ -89,6 +134,8 @@ impl Options {
                 Long("csv") => options.csv = Some(parser.value()?.into()),
                 Long("triangles") => options.triangles = list(&parser.value()?.string()?)?,
                 Long("directions") => options.directions = list(&parser.value()?.string()?)?,
+                Long("samples") => options.samples = list(&parser.value()?.string()?)?,
+                Long("key-lights") => options.key_lights = parser.value()?.parse()?,
                 Long("peers") => {
                     let names = parser.value()?.string()?;
                     let wanted =
@@ -129,11 +176,11 @@ struct Stage {
 }
 
 impl Stage {
-    fn new(method: Method, triangles: u32, size: UVec2) -> Outcome<Self> {
+    fn new(method: Method, triangles: u32, options: &Options) -> Outcome<Self> {
         let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
             app.add_plugins((StagePlugin, ShadowsPlugin, MaterialsPlugin));
         })?;
-        let (_, target) = offscreen::add_target(&mut app, size);
+        let (_, target) = offscreen::add_target(&mut app, options.size);
         let world = app.world_mut();
         world.insert_resource(GlobalAmbientLight::NONE);
         // A gray sky that is brighter overhead.
@@ -167,8 +214,14 @@ impl Stage {
         let towards = |i: u32| Vec3::new((i as f32 * 2.4).cos(), 1.0 + 0.05 * i as f32, (i as f32 * 2.4).sin());
         match method {
             Method::None => (),
-            Method::Dome(directions) => {
-                world.spawn(ShadowDomeLight { directions, refreshed_per_frame: REFRESHED, ..default() });
+            Method::Dome(directions, samples) => {
+                world.spawn(ShadowDomeLight {
+                    directions,
+                    samples: samples.of_dome(),
+                    key_lights: options.key_lights,
+                    refreshed_per_frame: REFRESHED,
+                    ..default()
+                });
             }
             Method::Directional(count) => {
                 for i in 0..count {
@@ -228,12 +281,17 @@ fn main() -> Outcome<()> {
     let UVec2 { x: width, y: height } = options.size;
     let mut csv = "case,directions,casters,triangles,width,height,k,ours_ms,peer,peer_ms,ratio,device\n".to_owned();
     for triangles in &options.triangles {
-        let ours = options.directions.iter().map(|directions| Method::Dome(*directions));
+        let domes: Vec<(u32, Samples)> = options
+            .directions
+            .iter()
+            .flat_map(|directions| options.samples.iter().map(|samples| (*directions, *samples)))
+            .collect();
+        let ours = domes.iter().map(|(directions, samples)| Method::Dome(*directions, *samples));
         let methods: Vec<Method> = options.peers.iter().copied().chain(ours).collect();
         let mut times: BTreeMap<(bool, Method), Vec<f64>> = BTreeMap::new();
         let mut stages = Vec::new();
         for method in &methods {
-            stages.push((*method, Stage::new(*method, *triangles, options.size)?));
+            stages.push((*method, Stage::new(*method, *triangles, &options)?));
         }
         for block in 0..2 * options.blocks {
             for is_moving in [false, true] {
@@ -244,7 +302,7 @@ fn main() -> Outcome<()> {
                     let (method, stage) = &mut stages[i];
                     // The last shadow maps of what has moved, before a block in which nothing moves.
                     (0..if is_moving { 0 } else { 256 / REFRESHED as usize + 1 }).for_each(|_| {
-                        if matches!(method, Method::Dome(_)) {
+                        if matches!(method, Method::Dome(..)) {
                             stage.frame(false);
                         }
                     });
@@ -261,8 +319,9 @@ fn main() -> Outcome<()> {
         for is_moving in [false, true] {
             let (case, k) = if is_moving { ("moving", REFRESHED) } else { ("static", 0) };
             let none = medians[&(is_moving, Method::None)];
-            for directions in &options.directions {
-                let whole = medians[&(is_moving, Method::Dome(*directions))];
+            for (directions, samples) in &domes {
+                let whole = medians[&(is_moving, Method::Dome(*directions, *samples))];
+                let case = format!("{case}_{}", samples.name());
                 for peer in &options.peers {
                     let (ours, theirs) = match peer {
                         Method::None => (whole, none),

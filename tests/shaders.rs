@@ -59,12 +59,12 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
         // None is ever drawn in deferred passes.
         Some("image_based.wgsl" | "toon.wgsl") => {
             let filtered = FILTERS.map(|filter| vec![FORWARD, TEXTURED, PREPASSED, filter]);
-            let multisampled = vec![FORWARD, TONEMAPPED, PREPASSED];
+            let multisampled = vec![FORWARD, TONEMAPPED, PREPASSED, &["KEY_LIGHTS", "SPOTS"] as &[&str]];
             forward.iter().cloned().chain(filtered).chain([multisampled]).collect()
         }
         Some("visibility_pass.wgsl") => {
             let steps: [&[&str]; 3] = [&[], &["TALLY"], &["GATHER"]];
-            let multisampled: &[&str] = &["MULTISAMPLED"];
+            let multisampled: &[&str] = &["MULTISAMPLED", "KEY_LIGHTS", "SPOTS"];
             let filtered = FILTERS.iter().flat_map(|filter| steps.map(|step| vec![*filter, step]));
             filtered.flat_map(|set| [set.clone(), [set.as_slice(), &[multisampled]].concat()]).collect()
         }
@@ -86,7 +86,7 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
         Some("phantom.wgsl") => {
             let receiving: &[&str] = &["RECEIVES_SHADOWS"];
             let with_shadows = forward.iter().map(|set| [set.as_slice(), &[receiving]].concat());
-            let prepassed = vec![FORWARD, PREPASSED, receiving];
+            let prepassed = vec![FORWARD, PREPASSED, receiving, &["KEY_LIGHTS", "SPOTS"] as &[&str]];
             let lit = vec![FORWARD, PREPASSED, receiving, &["HAS_LAMPS"] as &[&str]];
             forward.iter().cloned().chain(with_shadows).chain([prepassed, lit]).collect()
         }

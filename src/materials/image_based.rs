@@ -1,7 +1,7 @@
 //! `StandardMaterial` whose image-based light is shadowed by the dome.
 
 use super::{SurfaceStyle, twin::StyleExtension};
-use crate::shadows::{DomeTextures, FilterKind};
+use crate::shadows::{DomeShader, DomeTextures};
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
@@ -18,7 +18,7 @@ pub type ImageBasedMaterial = ExtendedMaterial<StandardMaterial, DomeShadowed>;
 
 /// What [`ImageBasedMaterial`] adds to a `StandardMaterial`. Managed by the crate.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
-#[bind_group_data(FilterKind)]
+#[bind_group_data(DomeShader)]
 pub struct DomeShadowed {
     #[texture(100, sample_type = "depth")]
     #[sampler(101, sampler_type = "comparison")]
@@ -29,12 +29,12 @@ pub struct DomeShadowed {
     weights: Handle<ShaderBuffer>,
     #[texture(104)]
     visibility: Handle<Image>,
-    filter: FilterKind,
+    shader: DomeShader,
 }
 
-impl From<&DomeShadowed> for FilterKind {
+impl From<&DomeShadowed> for DomeShader {
     fn from(extension: &DomeShadowed) -> Self {
-        extension.filter
+        extension.shader
     }
 }
 
@@ -50,7 +50,7 @@ impl MaterialExtension for DomeShadowed {
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         if let Some(fragment) = &mut descriptor.fragment {
-            fragment.shader_defs.extend(key.bind_group_data.shader_def());
+            fragment.shader_defs.extend(key.bind_group_data.shader_defs());
         }
         Ok(())
     }
@@ -69,7 +69,7 @@ impl StyleExtension for DomeShadowed {
             views: textures.views.clone(),
             weights: textures.weights.clone(),
             visibility: textures.visibility.clone(),
-            filter: textures.filter,
+            shader: textures.shader,
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::{ImageBasedMaterial, ToonMaterial, outline::Outline};
 use crate::{
     camera::{ArCamera, CameraFrame, FrameMapping, FrameTexture},
-    shadows::{DomeTextures, FilterKind, Lamp},
+    shadows::{DomeShader, DomeTextures, Lamp},
     stage::{PhantomObject, StageRole},
 };
 use bevy::{
@@ -38,7 +38,7 @@ pub struct PhantomMaterial {
     weights: Handle<ShaderBuffer>,
     #[texture(104)]
     visibility: Handle<Image>,
-    filter: FilterKind,
+    shader: DomeShader,
     receives: bool,
     has_lamps: bool,
 }
@@ -54,13 +54,13 @@ struct PhantomUniform {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PhantomKey {
     receives: bool,
-    filter: FilterKind,
+    shader: DomeShader,
     has_lamps: bool,
 }
 
 impl From<&PhantomMaterial> for PhantomKey {
     fn from(material: &PhantomMaterial) -> Self {
-        Self { receives: material.receives, filter: material.filter, has_lamps: material.has_lamps }
+        Self { receives: material.receives, shader: material.shader, has_lamps: material.has_lamps }
     }
 }
 
@@ -84,7 +84,7 @@ impl Material for PhantomMaterial {
     ) -> Result<(), SpecializedMeshPipelineError> {
         if let Some(fragment) = &mut descriptor.fragment {
             fragment.shader_defs.extend(key.bind_group_data.receives.then(|| "RECEIVES_SHADOWS".into()));
-            fragment.shader_defs.extend(key.bind_group_data.filter.shader_def());
+            fragment.shader_defs.extend(key.bind_group_data.shader.shader_defs());
             fragment.shader_defs.extend(key.bind_group_data.has_lamps.then(|| "HAS_LAMPS".into()));
         }
         Ok(())
@@ -103,7 +103,7 @@ pub(super) struct PhantomMaterials {
 struct PhantomSources {
     frame: Option<AssetId<Image>>,
     frame_uv_from_view_uv: Vec4,
-    textures: (AssetId<Image>, AssetId<Image>, FilterKind),
+    textures: (AssetId<Image>, AssetId<Image>, DomeShader),
     has_lamps: bool,
 }
 
@@ -139,7 +139,7 @@ pub(super) fn follow_camera(
         views: textures.views.clone(),
         weights: textures.weights.clone(),
         visibility: textures.visibility.clone(),
-        filter: textures.filter,
+        shader: textures.shader,
         receives,
         has_lamps: sources.has_lamps,
     };

@@ -1,7 +1,7 @@
 //! `StandardMaterial` whose light comes in flat bands.
 
 use super::{SurfaceStyle, twin::StyleExtension};
-use crate::shadows::{DomeTextures, FilterKind};
+use crate::shadows::{DomeShader, DomeTextures};
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
@@ -18,7 +18,7 @@ pub type ToonMaterial = ExtendedMaterial<StandardMaterial, ToonShaded>;
 
 /// What [`ToonMaterial`] adds to a `StandardMaterial`. Managed by the crate: use [`SurfaceStyle::Toon`].
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
-#[bind_group_data(FilterKind)]
+#[bind_group_data(DomeShader)]
 pub struct ToonShaded {
     #[texture(100, sample_type = "depth")]
     #[sampler(101, sampler_type = "comparison")]
@@ -29,7 +29,7 @@ pub struct ToonShaded {
     weights: Handle<ShaderBuffer>,
     #[texture(104)]
     visibility: Handle<Image>,
-    filter: FilterKind,
+    shader: DomeShader,
     #[uniform(105)]
     uniform: ToonUniform,
 }
@@ -41,9 +41,9 @@ struct ToonUniform {
     highlight: f32,
 }
 
-impl From<&ToonShaded> for FilterKind {
+impl From<&ToonShaded> for DomeShader {
     fn from(extension: &ToonShaded) -> Self {
-        extension.filter
+        extension.shader
     }
 }
 
@@ -59,7 +59,7 @@ impl MaterialExtension for ToonShaded {
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         if let Some(fragment) = &mut descriptor.fragment {
-            fragment.shader_defs.extend(key.bind_group_data.shader_def());
+            fragment.shader_defs.extend(key.bind_group_data.shader_defs());
         }
         Ok(())
     }
@@ -82,7 +82,7 @@ impl StyleExtension for ToonShaded {
             views: textures.views.clone(),
             weights: textures.weights.clone(),
             visibility: textures.visibility.clone(),
-            filter: textures.filter,
+            shader: textures.shader,
             uniform: ToonUniform { bands: bands as f32, highlight: f32::from(highlight) },
         }
     }

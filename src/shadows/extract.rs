@@ -172,7 +172,6 @@ pub(super) fn write_views(
     let casts = |is_phantom: bool| fitted.casters.iter().any(|caster| caster.is_phantom == is_phantom);
     // Shadows of what has gone stay until all shadow maps are drawn anew.
     let casters = if dome.pending.is_empty() { u32::from(casts(false)) | u32::from(casts(true)) << 1 } else { 3 };
-    let has_lenses = fitted.all_views().any(|view| view.lens.is_some());
     let header = DomeUniform {
         counts: UVec4::new(shadowed, all, layout.columns, layout.rows),
         params: Vec4::new(
@@ -184,7 +183,7 @@ pub(super) fn write_views(
         served: UVec4::new(
             served.map_or(0, |_| fitted.samples.pixels()),
             fitted.occludes_reflections.into(),
-            casters | u32::from(has_lenses) << 2 | u32::from(fitted.has_lamps) << 3,
+            casters | u32::from(fitted.has_lamps) << 2,
             layout.directions,
         ),
         served_clip_from_world: served

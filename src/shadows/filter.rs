@@ -57,9 +57,28 @@ impl ShadowFilter {
     }
 }
 
+/// What needs shaders of its own, because software compilers of them pay for what they skip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct DomeShader {
+    pub(super) filter: FilterKind,
+    /// Whether there are places for key lights.
+    pub(super) has_keys: bool,
+    /// Whether light may come from near by.
+    pub(super) has_lenses: bool,
+}
+
+impl DomeShader {
+    /// The definitions under which `visibility.wgsl` does that.
+    pub(crate) fn shader_defs(self) -> impl Iterator<Item = ShaderDefVal> {
+        let keys = self.has_keys.then(|| "KEY_LIGHTS".into());
+        let spots = self.has_lenses.then(|| "SPOTS".into());
+        [self.filter.shader_def(), keys, spots].into_iter().flatten()
+    }
+}
+
 /// The part of a [`ShadowFilter`] that needs a shader of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum FilterKind {
+pub(super) enum FilterKind {
     /// One texel.
     Nearest,
     /// One bilinear lookup.
@@ -74,8 +93,7 @@ pub enum FilterKind {
 }
 
 impl FilterKind {
-    /// The definition under which `visibility.wgsl` filters so.
-    pub(crate) fn shader_def(self) -> Option<ShaderDefVal> {
+    fn shader_def(self) -> Option<ShaderDefVal> {
         match self {
             Self::Nearest => Some("FILTER_NEAREST".into()),
             Self::Bilinear => None,

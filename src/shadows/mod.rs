@@ -69,7 +69,7 @@ mod visibility_pass;
 mod weights_pass;
 
 pub(crate) use casters::Cutout;
-pub(crate) use filter::FilterKind;
+pub(crate) use filter::DomeShader;
 pub use filter::ShadowFilter;
 pub use lights_file::{DomeLights, FileLight, FileLightKind, LightsFile, LightsFileError};
 pub use textures::DomeTextures;
@@ -302,11 +302,6 @@ impl FittedDome {
                 Some(LightView::parallel(self.world_from_dome * *direction, 0.0))
             }),
         }
-    }
-
-    /// The views that may be other than parallel.
-    fn all_views(&self) -> impl Iterator<Item = LightView> {
-        self.file_views.iter().copied().chain(self.keys.iter().flatten().map(|key| key.view))
     }
 
     /// Whether all shadow maps have to be drawn anew after another dome.

@@ -1,6 +1,6 @@
 //! The depth atlas and the buffers that materials read.
 
-use super::{FilterKind, FittedDome, ShadowDomeLight, WEIGHT_BYTES, camera::visibility_image};
+use super::{DomeShader, FittedDome, ShadowDomeLight, WEIGHT_BYTES, camera::visibility_image};
 use bevy::{
     asset::RenderAssetUsages,
     image::{ImageCompareFunction, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
@@ -33,7 +33,7 @@ pub struct DomeTextures {
     /// What the visibility pass has seen: red, green and blue share of the light that arrives, and 1.
     pub visibility: Handle<Image>,
     pub(super) visibility_size: UVec2,
-    pub(crate) filter: FilterKind,
+    pub(crate) shader: DomeShader,
     pub(super) layout: AtlasLayout,
 }
 
@@ -57,7 +57,7 @@ impl FromWorld for DomeTextures {
             weights: buffer(WEIGHT_BYTES * (most + 1)),
             visibility,
             visibility_size,
-            filter: FilterKind::default(),
+            shader: DomeShader::default(),
             layout,
         }
     }
@@ -65,8 +65,8 @@ impl FromWorld for DomeTextures {
 
 impl DomeTextures {
     /// What materials have to follow: they are made anew when it changes.
-    pub(crate) fn identity(&self) -> (AssetId<Image>, AssetId<Image>, FilterKind) {
-        (self.atlas.id(), self.visibility.id(), self.filter)
+    pub(crate) fn identity(&self) -> (AssetId<Image>, AssetId<Image>, DomeShader) {
+        (self.atlas.id(), self.visibility.id(), self.shader)
     }
 }
 
@@ -160,7 +160,8 @@ pub(super) fn fit_textures(
         return;
     }
     let layout = AtlasLayout::new(directions, keys, dome.resolution.clamp(32, 1024));
-    textures.filter = dome.filter.kind();
+    let has_lenses = keys > 0 || fitted.file_views.iter().any(|view| view.lens.is_some());
+    textures.shader = DomeShader { filter: dome.filter.kind(), has_keys: keys > 0, has_lenses };
     if textures.layout != layout {
         textures.atlas = images.add(layout.image());
         textures.layout = layout;

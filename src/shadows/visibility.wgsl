@@ -1,7 +1,7 @@
 // Which share of the environment's light arrives at a point, per color channel. The formulas are in mod.rs.
 //
 // Definitions: at most one of FILTER_NEAREST, FILTER_GAUSS, FILTER_PCF and FILTER_PCSS; without any, 2 × 2 texels are
-// compared bilinearly.
+// compared bilinearly. KEY_LIGHTS: there may be some; SPOTS: lights may be near.
 
 #define_import_path bevy_mirrorball::shadows::visibility
 
@@ -16,10 +16,8 @@
 
 const VIRTUAL_CASTERS: u32 = 0u;
 const PHANTOM_CASTERS: u32 = 1u;
-/// The bit beside those of casters that says that there are spots.
-const SPOTS: u32 = 2u;
-/// The bit that says that the scene has lamps of the engine.
-const LAMPS: u32 = 3u;
+/// The bit beside those of casters that says that the scene has lamps of the engine.
+const LAMPS: u32 = 2u;
 /// Light left below this share of the open sky's counts as none; there the picture is left alone.
 const LEAST_LIGHT: f32 = 1e-4;
 /// A surface looks at its own shadow map this many texels above itself, and more by the radius of the filter.
@@ -154,25 +152,29 @@ fn axes_of(index: u32) -> Axes {
 
 /// Towards the light of a direction from a place; w: how much of its light there is of what was measured.
 fn light_at(index: u32, axes: Axes, pos_world: vec3f) -> vec4f {
-    if !has_casters(SPOTS) || dome.views[index].scale > 0.0 {
-        return vec4f(axes.direction, 1.0);
+#ifdef SPOTS
+    if dome.views[index].scale < 0.0 {
+        let offset = dome.views[index].center - pos_world;
+        let distance_squared = max(dot(offset, offset), 1e-8);
+        let measured_at = dome.views[index].measured_at;
+        let gain = select(1.0, min(measured_at * measured_at / distance_squared, NEAREST_GAIN), measured_at > 0.0);
+        return vec4f(offset * inverseSqrt(distance_squared), gain);
     }
-    let offset = dome.views[index].center - pos_world;
-    let distance_squared = max(dot(offset, offset), 1e-8);
-    let measured_at = dome.views[index].measured_at;
-    let gain = select(1.0, min(measured_at * measured_at / distance_squared, NEAREST_GAIN), measured_at > 0.0);
-    return vec4f(offset * inverseSqrt(distance_squared), gain);
+#endif
+    return vec4f(axes.direction, 1.0);
 }
 
 /// The view of a direction, and where in it a place lies.
 fn aim(index: u32, axes: Axes, pos_world: vec3f) -> Aim {
     let scale = dome.views[index].scale;
-    if scale > 0.0 {
-        return Aim(index, axes, scale, pos_world, tile_position(axes, scale, pos_world - dome.views[index].center));
+#ifdef SPOTS
+    if scale < 0.0 {
+        let pos = project(dome.views[index], pos_world);
+        // What is behind a spot is outside its picture.
+        return Aim(index, axes, scale, pos_world, select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0));
     }
-    let pos = project(dome.views[index], pos_world);
-    // What is behind a spot is outside its picture.
-    return Aim(index, axes, scale, pos_world, select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0));
+#endif
+    return Aim(index, axes, scale, pos_world, tile_position(axes, scale, pos_world - dome.views[index].center));
 }
 
 /// How the depth of a surface changes across a tile, per width of the tile to the right and down.
@@ -195,10 +197,6 @@ fn visibility(kind: u32, seen: Aim, pos: vec3f, normal: vec3f) -> f32 {
         return 1.0;
     }
     let corner = tile_corner(dome.views[seen.index].corners, kind);
-    if seen.index >= dome.served.w {
-        let area = window(corner, dome.params.w, pos, depth_gradient(seen, normal));
-        return percentage_closer_soft_shadow(area, dome.views[seen.index].spread);
-    }
 #ifdef FILTER_PCSS
     return compare(corner, pos, depth_gradient(seen, normal));
 #else
@@ -206,15 +204,22 @@ fn visibility(kind: u32, seen: Aim, pos: vec3f, normal: vec3f) -> f32 {
 #endif
 }
 
-/// Whether casters of a kind may block light of a direction.
-fn is_blocked(kind: u32, seen: Aim, normal: vec3f) -> bool {
-    if seen.index < dome.served.w {
-        return visibility(kind, seen, seen.pos, normal) < FULLY_VISIBLE;
+/// The same for the light of a key light.
+fn key_visibility(kind: u32, seen: Aim, pos: vec3f, normal: vec3f) -> f32 {
+    if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
+        return 1.0;
     }
+    let corner = tile_corner(dome.views[seen.index].corners, kind);
+    let area = window(corner, dome.params.w, pos, depth_gradient(seen, normal));
+    return percentage_closer_soft_shadow(area, dome.views[seen.index].spread);
+}
+
+/// Whether virtual casters may block light of a key light.
+fn key_is_blocked(seen: Aim, normal: vec3f) -> bool {
     if any(abs(seen.pos.xy) > vec2f(1.0)) {
         return false;
     }
-    let corner = tile_corner(dome.views[seen.index].corners, kind);
+    let corner = tile_corner(dome.views[seen.index].corners, VIRTUAL_CASTERS);
     let area = window(corner, dome.params.w, seen.pos, depth_gradient(seen, normal));
     return find_blockers(area, dome.views[seen.index].spread).x > 0.0;
 }
@@ -225,14 +230,16 @@ fn above_surface(aim: Aim, normal: vec3f, cos_angle: f32) -> vec3f {
     // Half the tile's texels are one unit wide.
     let texels = dome.params.x * select(1.0, dome.params.w, aim.index >= dome.served.w);
     let units = (SELF_SHADOW_OFFSET + dome.params.y) * 2.0 / texels * (0.2 + 0.8 * sin_angle);
-    if aim.scale > 0.0 {
-        let across = vec2f(dot(aim.axes.right, normal), dot(aim.axes.up, normal));
-        return aim.pos + vec3f(across, 0.5 * cos_angle) * units;
+#ifdef SPOTS
+    if aim.scale < 0.0 {
+        // A unit of a spot grows with the distance.
+        let offset = normal * (units * distance(dome.views[aim.index].center, aim.pos_world) / -aim.scale);
+        let pos = project(dome.views[aim.index], aim.pos_world + offset);
+        return select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0);
     }
-    // A unit of a spot grows with the distance.
-    let offset = normal * (units * distance(dome.views[aim.index].center, aim.pos_world) / -aim.scale);
-    let pos = project(dome.views[aim.index], aim.pos_world + offset);
-    return select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0);
+#endif
+    let across = vec2f(dot(aim.axes.right, normal), dot(aim.axes.up, normal));
+    return aim.pos + vec3f(across, 0.5 * cos_angle) * units;
 }
 
 /// The directions worth a look at their shadow maps come first: how many, and which is the one at a rank.
@@ -254,15 +261,22 @@ fn is_in_virtual_shadow(pos_world: vec3f, normal: vec3f) -> bool {
     let bright = bright_directions();
     for (var rank = 0u; rank < bright; rank++) {
         let index = direction_at(rank);
-        let axes = axes_of(index);
-        if dot(normal, light_at(index, axes, pos_world).xyz) <= 0.0 {
+        if is_key(index) {
             continue;
         }
-        let seen = aim(index, axes, pos_world);
-        if is_blocked(VIRTUAL_CASTERS, seen, normal) {
+        let ray = look(index, pos_world, normal);
+        if ray.cos_angle > 0.0 && visibility(VIRTUAL_CASTERS, ray.seen, ray.seen.pos, normal) < FULLY_VISIBLE {
             return true;
         }
     }
+#ifdef KEY_LIGHTS
+    for (var key = dome.served.w; key < dome.counts.x; key++) {
+        let ray = look(key, pos_world, normal);
+        if ray.cos_angle > 0.0 && key_is_blocked(ray.seen, normal) {
+            return true;
+        }
+    }
+#endif
     return false;
 }
 
@@ -274,6 +288,10 @@ struct Tally {
     after: vec3f,
     /// At a phantom the luminance of all light under an open sky.
     open_sky: f32,
+}
+
+fn sum_of(a: Tally, b: Tally) -> Tally {
+    return Tally(a.before + b.before, a.after + b.after, a.open_sky + b.open_sky);
 }
 
 fn luminance(light: vec3f) -> f32 {
@@ -289,27 +307,31 @@ struct Ranks {
 const ALL: Ranks = Ranks(0u, 1u);
 
 fn is_key(index: u32) -> bool {
+#ifdef KEY_LIGHTS
     return index >= dome.served.w && index < dome.counts.x;
+#else
+    return false;
+#endif
 }
 
-fn light_on_phantom(index: u32, has_map: bool, pos_world: vec3f, normal: vec3f) -> Tally {
+/// A direction's light at a surface.
+struct Look {
+    seen: Aim,
+    /// Radiance × solid angle, × what is left of it or more of it at this distance.
+    light: vec3f,
+    cos_angle: f32,
+}
+
+fn look(index: u32, pos_world: vec3f, normal: vec3f) -> Look {
     let axes = axes_of(index);
     let source = light_at(index, axes, pos_world);
-    let cos_angle = dot(normal, source.xyz);
-    if cos_angle <= 0.0 {
-        return Tally();
-    }
-    let light = unpack_light(weights[index]) * (cos_angle * source.w);
-    if !has_map {
-        return Tally(light, light, luminance(light));
-    }
-    let seen = aim(index, axes, pos_world);
-    let real = light * visibility(PHANTOM_CASTERS, seen, above_surface(seen, normal, cos_angle), normal);
-    return Tally(real, real * visibility(VIRTUAL_CASTERS, seen, seen.pos, normal), luminance(light));
+    return Look(aim(index, axes, pos_world), unpack_light(weights[index]) * source.w, dot(normal, source.xyz));
 }
 
-fn sum_of(a: Tally, b: Tally) -> Tally {
-    return Tally(a.before + b.before, a.after + b.after, a.open_sky + b.open_sky);
+/// What one light sends to a phantom past casters.
+fn phantom_share(ray: Look, past_phantoms: f32, past_virtual: f32) -> Tally {
+    let light = ray.light * ray.cos_angle;
+    return Tally(light * past_phantoms, light * (past_phantoms * past_virtual), luminance(light));
 }
 
 /// What directions send to a phantom.
@@ -318,9 +340,17 @@ fn phantom_tally(pos_world: vec3f, normal: vec3f, ranks: Ranks) -> Tally {
     var total = Tally();
     for (var rank = ranks.first; rank < dome.counts.y; rank += ranks.step) {
         let index = direction_at(rank);
-        if !is_key(index) {
-            total = sum_of(total, light_on_phantom(index, rank < bright, pos_world, normal));
+        let ray = look(index, pos_world, normal);
+        if is_key(index) || ray.cos_angle <= 0.0 {
+            continue;
         }
+        var past = vec2f(1.0);
+        if rank < bright {
+            let above = above_surface(ray.seen, normal, ray.cos_angle);
+            past.x = visibility(PHANTOM_CASTERS, ray.seen, above, normal);
+            past.y = visibility(VIRTUAL_CASTERS, ray.seen, ray.seen.pos, normal);
+        }
+        total = sum_of(total, phantom_share(ray, past.x, past.y));
     }
     return total;
 }
@@ -328,16 +358,25 @@ fn phantom_tally(pos_world: vec3f, normal: vec3f, ranks: Ranks) -> Tally {
 /// What key lights send to a phantom.
 fn phantom_keys(pos_world: vec3f, normal: vec3f) -> Tally {
     var total = Tally();
-    for (var index = dome.served.w; index < dome.counts.x; index++) {
-        total = sum_of(total, light_on_phantom(index, true, pos_world, normal));
+#ifdef KEY_LIGHTS
+    for (var key = dome.served.w; key < dome.counts.x; key++) {
+        let ray = look(key, pos_world, normal);
+        if ray.cos_angle > 0.0 {
+            let above = above_surface(ray.seen, normal, ray.cos_angle);
+            let past_phantoms = key_visibility(PHANTOM_CASTERS, ray.seen, above, normal);
+            let past_virtual = key_visibility(VIRTUAL_CASTERS, ray.seen, ray.seen.pos, normal);
+            total = sum_of(total, phantom_share(ray, past_phantoms, past_virtual));
+        }
     }
+#endif
     return total;
 }
 
 /// Factor on the camera's picture of a phantom.
 fn phantom_factor(total: Tally) -> vec3f {
     let is_lit = luminance(total.before) > LEAST_LIGHT * total.open_sky;
-    return select(vec3f(1.0), total.after / max(total.before, vec3f(1e-20)), vec3<bool>(is_lit) & (total.before > vec3f(0.0)));
+    let factor = total.after / max(total.before, vec3f(1e-20));
+    return select(vec3f(1.0), factor, vec3<bool>(is_lit) & (total.before > vec3f(0.0)));
 }
 
 fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
@@ -347,59 +386,67 @@ fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     return phantom_factor(sum_of(phantom_tally(pos_world, normal, ALL), phantom_keys(pos_world, normal)));
 }
 
-fn light_on_surface(index: u32, has_map: bool, pos_world: vec3f, normal: vec3f, is_real: bool) -> Tally {
-    let axes = axes_of(index);
-    let source = light_at(index, axes, pos_world);
-    let cos_angle = dot(normal, source.xyz);
+/// What one light sends to a surface past casters; real ones send their own light instead of what they hide.
+fn surface_share(index: u32, ray: Look, normal: vec3f, past_phantoms: f32, past_virtual: f32) -> Tally {
     let weight = weights[index];
-    let light = unpack_light(weight);
     // The environment map has all its lights far away.
-    let before = light * max(dot(normal, axes.direction), 0.0);
-    if cos_angle <= 0.0 {
-        return Tally(before, vec3f(0.0), 0.0);
-    }
-    if !has_map {
-        return Tally(before, light * (cos_angle * source.w), 0.0);
-    }
-    let seen = aim(index, axes, pos_world);
-    let above = above_surface(seen, normal, cos_angle);
-    let past_phantoms = visibility(PHANTOM_CASTERS, seen, select(seen.pos, above, is_real), normal);
+    let before = unpack_light(weight) * max(dot(normal, ray.seen.axes.direction), 0.0);
     let hidden = unpack_light(weights[dome.counts.y]) * unpack_solid_angle(weight);
-    let open = mix(hidden, light * source.w, past_phantoms);
-    let past_virtual = select(visibility(VIRTUAL_CASTERS, seen, above, normal), 1.0, is_real);
-    return Tally(before, open * past_virtual * cos_angle, 0.0);
+    let open = mix(hidden, ray.light, past_phantoms);
+    return Tally(before, open * (past_virtual * max(ray.cos_angle, 0.0)), 0.0);
 }
 
-/// What directions send to a surface past real things, which send their own light instead.
-fn arriving_tally(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: Ranks) -> Tally {
+/// What directions send to a surface.
+fn surface_tally(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: Ranks) -> Tally {
     let bright = bright_directions();
     var total = Tally();
     for (var rank = ranks.first; rank < dome.counts.y; rank += ranks.step) {
         let index = direction_at(rank);
-        if !is_key(index) {
-            total = sum_of(total, light_on_surface(index, rank < bright, pos_world, normal, is_real));
+        if is_key(index) {
+            continue;
         }
+        let ray = look(index, pos_world, normal);
+        var past = vec2f(1.0);
+        if rank < bright && ray.cos_angle > 0.0 {
+            let above = above_surface(ray.seen, normal, ray.cos_angle);
+            past.x = visibility(PHANTOM_CASTERS, ray.seen, select(ray.seen.pos, above, is_real), normal);
+            if !is_real {
+                past.y = visibility(VIRTUAL_CASTERS, ray.seen, above, normal);
+            }
+        }
+        total = sum_of(total, surface_share(index, ray, normal, past.x, past.y));
     }
     return total;
 }
 
 /// What key lights send to a surface.
-fn arriving_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> Tally {
+fn surface_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> Tally {
     var total = Tally();
-    for (var index = dome.served.w; index < dome.counts.x; index++) {
-        total = sum_of(total, light_on_surface(index, true, pos_world, normal, is_real));
+#ifdef KEY_LIGHTS
+    for (var key = dome.served.w; key < dome.counts.x; key++) {
+        let ray = look(key, pos_world, normal);
+        var past = vec2f(1.0);
+        if ray.cos_angle > 0.0 {
+            let above = above_surface(ray.seen, normal, ray.cos_angle);
+            past.x = key_visibility(PHANTOM_CASTERS, ray.seen, select(ray.seen.pos, above, is_real), normal);
+            if !is_real {
+                past.y = key_visibility(VIRTUAL_CASTERS, ray.seen, above, normal);
+            }
+        }
+        total = sum_of(total, surface_share(key, ray, normal, past.x, past.y));
     }
+#endif
     return total;
 }
 
 /// Light that arrives ÷ that of the open sky.
-fn arriving_share(total: Tally) -> vec3f {
+fn surface_factor(total: Tally) -> vec3f {
     return select(vec3f(1.0), total.after / max(total.before, vec3f(1e-20)), total.before > vec3f(1e-6));
 }
 
 fn share_of_sky(pos_world: vec3f, normal: vec3f, is_real: bool) -> vec3f {
-    let directions = arriving_tally(pos_world, normal, is_real, ALL);
-    return arriving_share(sum_of(directions, arriving_keys(pos_world, normal, is_real)));
+    let directions = surface_tally(pos_world, normal, is_real, ALL);
+    return surface_factor(sum_of(directions, surface_keys(pos_world, normal, is_real)));
 }
 
 /// Factor on the diffuse image-based light of a virtual surface.

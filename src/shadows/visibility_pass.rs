@@ -2,7 +2,7 @@
 //! camera's prepass and its main pass.
 
 use super::{
-    FilterKind, VisibilitySamples,
+    DomeShader, VisibilitySamples,
     extract::ExtractedDome,
     textures::{DomeTextures, SHADOW_BINDINGS},
 };
@@ -109,8 +109,8 @@ impl Step {
 struct VisibilityPipelines {
     dome_layout: BindGroupLayoutDescriptor,
     shader: Handle<Shader>,
-    /// By filter, whether the prepass is multisampled, and what is done.
-    queued: HashMap<(FilterKind, bool, Step), CachedComputePipelineId>,
+    /// By what is compiled, whether the prepass is multisampled, and what is done.
+    queued: HashMap<(DomeShader, bool, Step), CachedComputePipelineId>,
 }
 
 fn init_visibility_pipelines(mut commands: Commands, asset_server: Res<AssetServer>) {
@@ -158,14 +158,14 @@ fn view_layout(is_multisampled: bool, step: Step) -> BindGroupLayoutDescriptor {
 impl VisibilityPipelines {
     fn pipeline(
         &mut self,
-        filter: FilterKind,
+        shader: DomeShader,
         is_multisampled: bool,
         step: Step,
         cache: &PipelineCache,
     ) -> CachedComputePipelineId {
-        *self.queued.entry((filter, is_multisampled, step)).or_insert_with(|| {
+        *self.queued.entry((shader, is_multisampled, step)).or_insert_with(|| {
             let mut shader_defs = vec![ShaderDefVal::UInt("MATERIAL_BIND_GROUP".into(), DOME_GROUP)];
-            shader_defs.extend(filter.shader_def());
+            shader_defs.extend(shader.shader_defs());
             shader_defs.extend(step.shader_def());
             shader_defs.extend(is_multisampled.then(|| "MULTISAMPLED".into()));
             cache.queue_compute_pipeline(ComputePipelineDescriptor {
@@ -219,7 +219,7 @@ fn prepare_dome_bindings(
     let is_multisampled = msaa.samples() > 1;
     if dome.fitted.direction_count() > 0 {
         for &step in Step::of(dome.fitted.samples) {
-            let pipeline = pipelines.pipeline(textures.filter, is_multisampled, step, &pipeline_cache);
+            let pipeline = pipelines.pipeline(textures.shader, is_multisampled, step, &pipeline_cache);
             let layout = pipeline_cache.get_bind_group_layout(&view_layout(is_multisampled, step));
             prepared.steps.push((step, pipeline, layout));
         }

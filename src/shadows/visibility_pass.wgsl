@@ -7,8 +7,8 @@
 #import bevy_render::view::View
 #import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike}
 #import bevy_mirrorball::shadows::visibility::{
-    ALL, Ranks, Tally, arriving_keys, arriving_share, arriving_tally, brightness_left, dome, has_lamps, luminance,
-    phantom_factor, phantom_keys, phantom_tally, phantom_visibility, real_visibility, sum_of, virtual_visibility,
+    Ranks, Tally, brightness_left, dome, has_lamps, luminance, phantom_factor, phantom_keys, phantom_tally,
+    phantom_visibility, real_visibility, sum_of, surface_factor, surface_keys, surface_tally, virtual_visibility,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -73,11 +73,11 @@ fn tally(@builtin(global_invocation_id) id: vec3u) {
         let total = phantom_tally(here.pos_world, here.normal, quarter);
         var left = Tally();
         if has_lamps() {
-            left = arriving_tally(here.pos_world, here.normal, true, quarter);
+            left = surface_tally(here.pos_world, here.normal, true, quarter);
         }
         result = pack(total, luminance(left.after), luminance(left.before));
     } else if here.is_virtual {
-        result = pack(arriving_tally(here.pos_world, here.normal, false, quarter), 0.0, 0.0);
+        result = pack(surface_tally(here.pos_world, here.normal, false, quarter), 0.0, 0.0);
     }
     textureStore(tallies, id.xy, result);
 }
@@ -141,14 +141,14 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         if here.is_phantom {
             result = vec4f(phantom_factor(sum_of(found.total, phantom_keys(here.pos_world, here.normal))), 1.0);
             if has_lamps() {
-                let keys = arriving_keys(here.pos_world, here.normal, true);
+                let keys = surface_keys(here.pos_world, here.normal, true);
                 let open = found.open + luminance(keys.before);
                 let left = (found.left + luminance(keys.after)) / max(open, 1e-20);
                 result.a = brightness_left(vec3f(select(1.0, left, open > 1e-6)));
             }
         } else {
-            let keys = arriving_keys(here.pos_world, here.normal, false);
-            result = vec4f(arriving_share(sum_of(found.total, keys)), 1.0);
+            let keys = surface_keys(here.pos_world, here.normal, false);
+            result = vec4f(surface_factor(sum_of(found.total, keys)), 1.0);
         }
     }
     textureStore(map, id.xy, result);
