@@ -182,9 +182,9 @@ pub enum DomeCoverage {
 pub enum VisibilitySamples {
     /// As [`Half`](Self::Half); but each sample sums up a quarter of the directions (and all key lights) and has the rest from
     /// its neighbors on the same surface. Things thinner than six pixels are the less exact for it.
+    #[default]
     Interleaved,
     /// At every second pixel in both directions, interpolated along surfaces.
-    #[default]
     Half,
     /// At every pixel.
     Full,
