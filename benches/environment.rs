@@ -32,7 +32,14 @@ const SIZES: [usize; 2] = [128, 256];
 const WARM_UP: usize = 6;
 const BLOCK: usize = 6;
 /// Real rooms, where the checkout has them.
-const ROOMS: [&str; 5] = ["lebombo", "studio_small_03", "venice_sunset", "empty_warehouse_01", "potsdamer_platz"];
+const ROOMS: [(&str, &str); 6] = [
+    ("lebombo", "lebombo_1k.hdr"),
+    ("studio_small_03", "studio_small_03_1k.hdr"),
+    ("venice_sunset", "venice_sunset_1k.hdr"),
+    ("empty_warehouse_01", "empty_warehouse_01_1k.hdr"),
+    ("potsdamer_platz", "potsdamer_platz_1k.hdr"),
+    ("night", "night.exr"),
+];
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 type Radiance = Box<dyn Fn(DVec3) -> DVec3>;
@@ -95,8 +102,8 @@ fn main() -> Outcome<()> {
         ("one_plus_z", Box::new(|dir| DVec3::splat(1.0 + dir.z))),
         ("two_suns", Box::new(filter_truth::two_suns)),
     ];
-    for room in ROOMS {
-        if let Some(path) = shared_data::find(&format!("hdr/{room}_1k.hdr")) {
+    for (room, file) in ROOMS {
+        if let Some(path) = shared_data::find(&format!("hdr/{file}")) {
             maps.push((room, Box::new(filter_truth::picture(&path))));
         }
     }

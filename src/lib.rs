@@ -98,6 +98,7 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 /// | [`materials::MaterialsPlugin`] | phantoms, image-based surfaces, toons |
 /// | [`authoring::AuthoringPlugin`] | glTF extras → components |
 /// | [`debug::FeedDiagnosticsPlugin`] | figures as Bevy diagnostics |
+/// | [`debug::MapViewPlugin`] | pictures of the environment's maps |
 ///
 /// Each can be used alone or left out with [`PluginGroupBuilder::disable`].
 #[derive(Default)]
@@ -116,6 +117,7 @@ impl PluginGroup for MirrorballPlugins {
             .add(materials::MaterialsPlugin)
             .add(authoring::AuthoringPlugin)
             .add(debug::FeedDiagnosticsPlugin)
+            .add(debug::MapViewPlugin)
     }
 }
 

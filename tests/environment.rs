@@ -297,6 +297,25 @@ fn an_equirectangular_picture_lights_from_where_it_shows_light() {
 }
 
 #[test]
+fn what_another_camera_renders_lights_at_once() {
+    let Some((mut app, camera, _)) = lit_app(cube(16, |_| DVec3::ONE)) else { return };
+    let (picture, target) = offscreen::add_target(&mut app, UVec2::new(64, 32));
+    let color = |gray: f32| Camera { clear_color: Color::linear_rgb(gray, gray, gray).into(), order: -1, ..default() };
+    let other = app.world_mut().spawn((Camera3d::default(), color(0.2), Tonemapping::None, Msaa::Off, target)).id();
+    app.world_mut().entity_mut(camera).insert(LiveEnvironment::new(picture));
+    for gray in [0.2, 0.6] {
+        app.world_mut().entity_mut(other).insert(color(gray));
+        for _ in 0..4 {
+            app.update();
+        }
+        let light = shown(&mut app, camera);
+        println!("a target of {gray} gives light of {light}");
+        // 8 bits, sRGB-encoded.
+        assert!((light - gray).abs() < 0.005);
+    }
+}
+
+#[test]
 fn light_goes_with_its_component_and_maps_of_one_source_are_shared() {
     let Some((mut app, camera, _)) = lit_app(cube(16, |_| DVec3::ONE)) else { return };
     let environment = app.world().get::<LiveEnvironment>(camera).expect("it has one").clone();

@@ -8,7 +8,7 @@
 
 mod captions;
 
-use bevy::{asset::RecursiveDependencyLoadState, log::LogPlugin, prelude::*};
+use bevy::{asset::RecursiveDependencyLoadState, camera::ShadowLodOrigin, log::LogPlugin, prelude::*};
 use bevy_mirrorball::{camera::FramePixels, offscreen, prelude::*, probe::EnvironmentCube, shadows::DomeState};
 use image::{Rgb, RgbImage, imageops};
 use std::{path::PathBuf, process::ExitCode};

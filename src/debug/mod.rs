@@ -1,7 +1,8 @@
 //! How the measuring goes: figures for any game to read, and a panel that shows them.
 //!
 //! **Enters:** what the other stages leave on their entities. **Leaves:** Bevy [diagnostics](bevy::diagnostic) under the paths
-//! below, a [`Checklist`] for new users and, with the feature `egui`, a panel that shows all of it and switches styles.
+//! below, a [`Checklist`] for new users, pictures of all maps that light the scene ([`MapView`]) and, with the feature `egui`, a panel
+//! that shows all of it and switches styles.
 //!
 //! | path | unit | meaning |
 //! |---|---|---|
@@ -21,15 +22,15 @@
 
 mod checklist;
 mod diagnostics;
+mod map_view;
 #[cfg(feature = "egui")]
 mod panel;
-#[cfg(feature = "egui")]
-mod sky_view;
 
 pub use checklist::{Check, CheckLevel, Checklist};
 pub use diagnostics::{
     BALL_ERROR, CAPTURE_RATE, DECODE, DETECT, DROPPED, FeedDiagnosticsPlugin, KEY_LIGHT_ANGLE, LIGHTING_AGE, MEASURE,
     RECOVER,
 };
+pub use map_view::{MapView, MapViewPlugin, ShownMap};
 #[cfg(feature = "egui")]
 pub use panel::{MeasuringPanel, MeasuringPanelPlugin};

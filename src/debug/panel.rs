@@ -1,11 +1,12 @@
 //! The measuring panel: what the camera sees, what was measured in it, what it cost, and how each entity looks.
 
 use super::{
-    BALL_ERROR, CheckLevel, Checklist, DECODE, DETECT, KEY_LIGHT_ANGLE, LIGHTING_AGE, MEASURE, RECOVER,
-    sky_view::{SKY_WIDTH, SkyView, request_cube},
+    BALL_ERROR, CheckLevel, Checklist, DECODE, DETECT, KEY_LIGHT_ANGLE, LIGHTING_AGE, MEASURE, MapView, MapViewPlugin,
+    RECOVER, ShownMap,
 };
 use crate::{
     camera::{ArCamera, FrameTexture},
+    environment::FilteredEnvironment,
     materials::{SurfaceStyle, ToonStyle},
 };
 use bevy::{
@@ -32,14 +33,14 @@ impl Plugin for MeasuringPanelPlugin {
         if !app.is_plugin_added::<EguiPlugin>() {
             app.add_plugins(EguiPlugin::default());
         }
-        app.init_resource::<MeasuringPanel>().add_systems(
-            EguiPrimaryContextPass,
-            (request_cube, draw_panel).run_if(|panel: Res<MeasuringPanel>| panel.is_open),
-        );
-    }
-
-    fn finish(&self, app: &mut App) {
-        app.init_resource::<SkyView>();
+        if !app.is_plugin_added::<MapViewPlugin>() {
+            app.add_plugins(MapViewPlugin);
+        }
+        app.init_resource::<MeasuringPanel>()
+            .add_systems(Startup, |mut commands: Commands, mut images: ResMut<Assets<Image>>| {
+                commands.spawn((PanelMap, MapView::new(ShownMap::Measured, &mut images)));
+            })
+            .add_systems(EguiPrimaryContextPass, draw_panel.run_if(|panel: Res<MeasuringPanel>| panel.is_open));
     }
 }
 
@@ -59,6 +60,10 @@ impl Default for MeasuringPanel {
     }
 }
 
+/// On the panel's view of a map.
+#[derive(Component)]
+struct PanelMap;
+
 /// The diagnostics of the stages and how the panel calls them.
 const STAGES: [(&DiagnosticPath, &str); 7] = [
     (&DECODE, "decode"),
@@ -71,11 +76,12 @@ const STAGES: [(&DiagnosticPath, &str); 7] = [
 ];
 
 /// The passes on the GPU, by what follows `render/mirrorball_` in their diagnostics.
-const PASSES: [(&str, &str); 5] = [
+const PASSES: [(&str, &str); 6] = [
     ("probe_unwrap", "unwrap ball"),
     ("environment_filter", "filter"),
     ("shadows_depth", "shadow maps"),
     ("shadows_weights", "shadow weights"),
+    ("shadows_visibility", "visibility"),
     ("camera_background", "background"),
 ];
 
@@ -86,11 +92,13 @@ fn draw_panel(
     mut panel: ResMut<MeasuringPanel>,
     checklist: Checklist,
     diagnostics: Res<DiagnosticsStore>,
-    sky: Res<SkyView>,
+    mut map: Single<&mut MapView, With<PanelMap>>,
+    filtered: Query<&FilteredEnvironment>,
     cameras: Query<&FrameTexture, With<ArCamera>>,
     mut styles: Query<StyledEntity>,
 ) {
-    let sky = contexts.add_image(EguiTextureHandle::Weak(sky.image.id()));
+    let map_picture = contexts.add_image(EguiTextureHandle::Weak(map.image.id()));
+    let roughest = filtered.iter().map(|maps| maps.roughest_level()).max().unwrap_or(0);
     let picture = cameras.iter().next().map(|frame| (frame.size(), frame.image.id()));
     let picture = picture.map(|(size, id)| (size, contexts.add_image(EguiTextureHandle::Weak(id))));
     let ctx = match contexts.ctx_mut() {
@@ -114,7 +122,8 @@ fn draw_panel(
             draw_styles(ui, &mut styles);
             ui.separator();
             egui::CollapsingHeader::new("environment").default_open(true).show(ui, |ui| {
-                show_image(ui, sky, UVec2::new(SKY_WIDTH, SKY_WIDTH / 2));
+                choose_map(ui, &mut map, roughest);
+                show_image(ui, map_picture, MapView::SIZE);
             });
             egui::CollapsingHeader::new("timings").default_open(true).show(ui, |ui| draw_timings(ui, &diagnostics));
             egui::CollapsingHeader::new("camera picture").default_open(false).show(ui, |ui| match picture {
@@ -125,6 +134,27 @@ fn draw_panel(
             });
         });
     panel.set_if_neq(MeasuringPanel { is_open, width });
+}
+
+fn choose_map(ui: &mut egui::Ui, map: &mut MapView, roughest: u32) {
+    let mut chosen = map.map;
+    ui.horizontal(|ui| {
+        let level = if let ShownMap::Glossy(level) = chosen { level } else { 0 };
+        for (choice, name) in [
+            (ShownMap::Measured, "measured"),
+            (ShownMap::Confidence, "confidence"),
+            (ShownMap::Diffuse, "diffuse"),
+            (ShownMap::Glossy(level), "glossy"),
+        ] {
+            ui.radio_value(&mut chosen, choice, name);
+        }
+    });
+    if let ShownMap::Glossy(level) = &mut chosen {
+        ui.add(egui::Slider::new(level, 0..=roughest).text("level"));
+    }
+    if chosen != map.map {
+        map.map = chosen;
+    }
 }
 
 fn draw_checks(ui: &mut egui::Ui, checklist: &Checklist) {

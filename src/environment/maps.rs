@@ -65,6 +65,11 @@ impl FilteredEnvironment {
         Self { diffuse, glossy, pyramid, source, shape, refresh, resampled, draft, viewpoint, progress }
     }
 
+    /// Level of the glossy map that holds perceptual roughness 1.
+    pub fn roughest_level(&self) -> u32 {
+        (self.shape.cube_edge().clamp(ROUGHEST_EDGE, MAX_GLOSSY_EDGE) / ROUGHEST_EDGE).ilog2()
+    }
+
     /// Has the maps made anew in the next frame, whatever [`Refresh`] says.
     pub fn request_refresh(&self) {
         self.progress.request();

@@ -8,7 +8,8 @@ use bevy::prelude::*;
 
 /// What the pictures of a second camera have to be multiplied with to look like the first one's; for the entity of the second.
 ///
-/// Found by [`match_cameras`]; nothing applies it by itself.
+/// Found by [`match_cameras`]; nothing applies it by itself. A second camera that shows light takes it as
+/// [`LightProbeCamera::gain`](crate::probe::LightProbeCamera::gain).
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
 pub struct CameraMatch {

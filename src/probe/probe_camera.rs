@@ -32,7 +32,7 @@ pub struct LightProbeCamera {
     /// How its picture shows directions. Defaults to an equidistant fisheye of 180°.
     pub lens: ProbeLens,
     /// Factor that turns this camera's units into those of the AR camera, per channel: two cameras seldom agree on exposure and
-    /// white balance. Finite and above 0. Defaults to 1.
+    /// white balance; [`CameraMatch::gain`](crate::lighting::CameraMatch::gain) is it, measured. Finite and above 0. Defaults to 1.
     pub gain: Vec3,
 }
 

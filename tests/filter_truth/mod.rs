@@ -18,6 +18,7 @@ use bevy::{
         texture::GpuImage,
     },
 };
+use bevy_mirrorball::environment::EquirectPixels;
 use std::{f64::consts::PI, path::Path};
 
 /// Perceptual roughnesses at which glossy maps are compared.
@@ -72,15 +73,14 @@ pub(crate) fn two_suns(dir: DVec3) -> DVec3 {
 
 /// Radiance by direction in an equirectangular picture, column u ÷ width is the azimuth from −Z towards +X, row 0 is up: bilinear.
 pub(crate) fn picture(path: &Path) -> impl Fn(DVec3) -> DVec3 + use<> {
-    let picture = image::open(path).expect("a picture").to_rgb32f();
-    let size = DVec2::new(f64::from(picture.width()), f64::from(picture.height()));
+    let picture = EquirectPixels::open(path).expect("a picture");
+    let size = picture.size.as_dvec2();
     move |dir| {
         let uv = DVec2::new(dir.x.atan2(-dir.z) / (2.0 * PI), dir.y.clamp(-1.0, 1.0).acos() / PI);
         let at = uv * size - 0.5;
         let pixel = |dx: f64, dy: f64| {
             let (x, y) = ((at.x.floor() + dx).rem_euclid(size.x), (at.y.floor() + dy).clamp(0.0, size.y - 1.0));
-            let [r, g, b] = picture.get_pixel(x as u32, y as u32).0.map(f64::from);
-            DVec3::new(r, g, b).max(DVec3::ZERO)
+            picture.texels[y as usize * picture.size.x as usize + x as usize].as_dvec3().max(DVec3::ZERO)
         };
         let t = at - at.floor();
         pixel(0.0, 0.0).lerp(pixel(1.0, 0.0), t.x).lerp(pixel(0.0, 1.0).lerp(pixel(1.0, 1.0), t.x), t.y)
