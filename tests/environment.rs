@@ -300,11 +300,12 @@ fn an_equirectangular_picture_lights_from_where_it_shows_light() {
 fn what_another_camera_renders_lights_at_once() {
     let Some((mut app, camera, _)) = lit_app(cube(16, |_| DVec3::ONE)) else { return };
     let (picture, target) = offscreen::add_target(&mut app, UVec2::new(64, 32));
-    let color = |gray: f32| Camera { clear_color: Color::linear_rgb(gray, gray, gray).into(), order: -1, ..default() };
-    let other = app.world_mut().spawn((Camera3d::default(), color(0.2), Tonemapping::None, Msaa::Off, target)).id();
+    let first = Camera { order: -1, ..default() };
+    let other = app.world_mut().spawn((Camera3d::default(), first, Tonemapping::None, Msaa::Off, target)).id();
     app.world_mut().entity_mut(camera).insert(LiveEnvironment::new(picture));
     for gray in [0.2, 0.6] {
-        app.world_mut().entity_mut(other).insert(color(gray));
+        app.world_mut().get_mut::<Camera>(other).expect("a camera").clear_color =
+            Color::linear_rgb(gray, gray, gray).into();
         for _ in 0..4 {
             app.update();
         }

@@ -80,7 +80,7 @@ fn draw() -> Outcome<()> {
     let (picture, target) = offscreen::add_target(&mut app, size);
     let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
     let intrinsics = Intrinsics { focal: Vec2::splat(FOCAL), center: size.as_vec2() / 2.0, size };
-    app.world_mut().spawn((ArCamera::new(intrinsics), feed, target));
+    app.world_mut().spawn((ArCamera::new(intrinsics), feed, target, ShadowLodOrigin));
     load(&mut app)?;
 
     let cell = PART + UVec2::new(MARGIN, MARGIN + CAPTION);

@@ -103,7 +103,7 @@ struct ExtractedView {
 #[derive(Resource, Default)]
 struct ExtractedViews(Vec<ExtractedView>);
 
-/// Mirror of `Shown` in map_view.wgsl.
+/// Mirror of `Shown` in `map_view.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
 struct ShownUniform {
     level: f32,

@@ -81,7 +81,7 @@ fn ask_for_prepasses(mut commands: Commands, cameras: Query<Entity, WithoutPrepa
     }
 }
 
-/// Mirror of `SoftEdges` in soft_edges.wgsl.
+/// Mirror of `SoftEdges` in `soft_edges.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
 struct SoftEdgesUniform {
     radius: f32,

@@ -176,7 +176,7 @@ pub enum DomeCoverage {
 /// Where the sum over all directions is computed.
 ///
 /// All but the last need a depth and normal prepass, which is added to the camera they serve: the first active
-/// [`ArCamera`](crate::camera::ArCamera), without one the first active `Camera3d`. Fragments that no sample belongs to (thin
+/// [`ArCamera`], without one the first active `Camera3d`. Fragments that no sample belongs to (thin
 /// things, transparent ones) and those of all other cameras compute it themselves.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
