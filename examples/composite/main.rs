@@ -168,7 +168,8 @@ fn complete_scene(app: &mut App, options: &Options) {
             probe.insert(UniformSky::default());
         }
         if let Some(mut recovery) = probe.get_mut::<ClipRecovery>() {
-            recovery.is_enabled = options.has_recovery;
+            recovery.is_enabled = options.evidence.is_some();
+            recovery.evidence = options.evidence.unwrap_or(recovery.evidence);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The command line.
 
 use bevy::prelude::*;
-use bevy_mirrorball::prelude::Intrinsics;
+use bevy_mirrorball::{prelude::Intrinsics, probe::ClipEvidence};
 use lexopt::prelude::*;
 use std::path::PathBuf;
 
@@ -18,7 +18,8 @@ usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --
   --dump-environment FILE   write what lights the scene as an equirectangular picture (.hdr or .exr)
   --no-shadows              no dome shadows
   --uniform-sky             light the scene by a uniform white sky instead of the room, for comparison
-  --no-recovery             take clipped lights for white instead of recovering their energy from the marker's paper
+  --evidence NAME           what tells how bright clipped lights are: desk (default), paper, or none to take them for white
+  --no-recovery             the same as --evidence none
 ";
 
 pub(crate) struct Options {
@@ -30,7 +31,7 @@ pub(crate) struct Options {
     pub dump_environment: Option<PathBuf>,
     pub has_shadows: bool,
     pub has_uniform_sky: bool,
-    pub has_recovery: bool,
+    pub evidence: Option<ClipEvidence>,
 }
 
 impl Options {
@@ -47,7 +48,7 @@ impl Options {
     fn parse(mut parser: lexopt::Parser) -> Result<Option<Self>, lexopt::Error> {
         let (mut frame, mut intrinsics, mut scene, mut out) = (None, None, None, None);
         let (mut report, mut dump_environment) = (None, None);
-        let (mut has_shadows, mut has_uniform_sky, mut has_recovery) = (true, false, true);
+        let (mut has_shadows, mut has_uniform_sky, mut evidence) = (true, false, Some(ClipEvidence::Desk));
         while let Some(argument) = parser.next()? {
             match argument {
                 Long("frame") => frame = Some(PathBuf::from(parser.value()?)),
@@ -58,7 +59,8 @@ impl Options {
                 Long("dump-environment") => dump_environment = Some(PathBuf::from(parser.value()?)),
                 Long("no-shadows") => has_shadows = false,
                 Long("uniform-sky") => has_uniform_sky = true,
-                Long("no-recovery") => has_recovery = false,
+                Long("no-recovery") => evidence = None,
+                Long("evidence") => evidence = parser.value()?.parse_with(evidence_named)?,
                 Long("help") | Short('h') => return Ok(None),
                 other => return Err(other.unexpected()),
             }
@@ -73,8 +75,17 @@ impl Options {
             dump_environment,
             has_shadows,
             has_uniform_sky,
-            has_recovery,
+            evidence,
         }))
+    }
+}
+
+fn evidence_named(name: &str) -> Result<Option<ClipEvidence>, &'static str> {
+    match name {
+        "desk" => Ok(Some(ClipEvidence::Desk)),
+        "paper" => Ok(Some(ClipEvidence::Paper)),
+        "none" => Ok(None),
+        _ => Err("give desk, paper or none"),
     }
 }
 

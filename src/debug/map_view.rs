@@ -43,10 +43,11 @@ pub enum ShownMap {
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_mirrorball::debug::{MapView, ShownMap};
-/// fn show_reflections(mut commands: Commands, mut images: ResMut<Assets<Image>>) {
-///     let view = MapView::new(ShownMap::Glossy(0), &mut images);
-///     commands.spawn((ImageNode::new(view.image.clone()), view));
-/// }
+/// # fn setup(mut commands: Commands, mut images: ResMut<Assets<Image>>, mut materials: ResMut<Assets<StandardMaterial>>, screen: Entity) {
+/// let view = MapView::new(ShownMap::Glossy(0), &mut images);
+/// let surface = StandardMaterial { base_color_texture: Some(view.image.clone()), unlit: true, ..default() };
+/// commands.entity(screen).insert((MeshMaterial3d(materials.add(surface)), view));
+/// # }
 /// ```
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]

@@ -70,9 +70,14 @@ fn texel_groups(edge: u32) -> UVec3 {
     UVec2::splat(edge.div_ceil(WORKGROUP)).extend(6)
 }
 
-/// Workgroups of one thread for each quad of a number of faces.
-fn quad_groups(edge: u32, faces: u32) -> UVec3 {
-    UVec3::new((edge * edge / QUAD).div_ceil(QUAD_WORKGROUP), 1, faces)
+/// Workgroups of one thread for each of a number of quads.
+fn quad_groups(quads: u32) -> UVec3 {
+    UVec3::new(quads.div_ceil(QUAD_WORKGROUP), 1, 1)
+}
+
+/// Quads of a face.
+fn quads(edge: u32) -> u32 {
+    edge * edge / QUAD
 }
 
 /// Everything to filter one environment; made once and kept as long as its textures live.
@@ -194,7 +199,7 @@ impl FilterMaker<'_> {
         let blocks = self.device.create_buffer(&BufferDescriptor {
             label: Some("mirrorball_environment_blocks"),
             size: u64::from(6 * BLOCK_EDGE * BLOCK_EDGE * BLOCK_BYTES),
-            usage: BufferUsages::STORAGE,
+            usage: BufferUsages::STORAGE | BufferUsages::UNIFORM,
             mapped_at_creation: false,
         });
         // The cube or its pyramid where it has at most this edge length.
@@ -216,8 +221,8 @@ impl FilterMaker<'_> {
         let capture = dispatches.len();
         dispatches.push(self.dispatch(
             &self.pipelines.diffuse,
-            &[(5, view(&texels(diffuse, 0))), (8, blocks.as_entire_binding())],
-            quad_groups(diffuse.width(), 3),
+            &[(5, view(&texels(diffuse, 0))), (14, blocks.as_entire_binding())],
+            quad_groups(quads(diffuse.width())).with_z(3),
         ));
         // Rougher levels first: they are tails of sharper ones.
         for level in (1..glossy.mip_level_count()).rev() {
@@ -281,8 +286,8 @@ impl FilterMaker<'_> {
             let mut alpha = UniformBuffer::from(alpha(level) as f32);
             alpha.set_label(Some("mirrorball_environment_alpha"));
             alpha.write_buffer(self.device, self.queue);
-            let bindings = [(5, view(&output)), (8, blocks.as_entire_binding()), (12, alpha.binding()?)];
-            return Some(self.dispatch(&self.pipelines.glossy_sum, &bindings, quad_groups(edge, 6)));
+            let bindings = [(5, view(&output)), (12, alpha.binding()?), (14, blocks.as_entire_binding())];
+            return Some(self.dispatch(&self.pipelines.glossy_sum, &bindings, quad_groups(6 * quads(edge))));
         }
         let lobe = lobe::fit(alpha(level), alpha(level + 1), lobe::rings(edge), cube.texture.width(), edge);
         let mut taps = TapsBuffer {
@@ -298,6 +303,7 @@ impl FilterMaker<'_> {
         }
         let mut taps = StorageBuffer::from(taps);
         taps.set_label(Some("mirrorball_environment_taps"));
+        taps.add_usages(BufferUsages::UNIFORM);
         taps.write_buffer(self.device, self.queue);
         let whole = pyramid.texture.create_view(&TextureViewDescriptor {
             label: Some("mirrorball_environment_pyramid"),
@@ -311,6 +317,7 @@ impl FilterMaker<'_> {
             (5, view(&output)),
             (6, taps.binding()?),
             (7, view(&rougher)),
+            (15, taps.binding()?),
         ];
         Some(self.dispatch(&self.pipelines.glossy_taps, &bindings, texel_groups(edge)))
     }

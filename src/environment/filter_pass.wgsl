@@ -100,10 +100,14 @@ struct Block {
 
 @group(0) @binding(4) var pyramid: texture_cube<f32>;
 @group(0) @binding(5) var output: texture_storage_2d_array<rgba16float, write>;
-// No uniform: software Vulkan compiles a loop anew whenever a uniform that bounds it changes, here from level to level.
-@group(0) @binding(6) var<storage, read> taps: Taps;
+/// The same twice: software Vulkan compiles a loop anew whenever a uniform that bounds it changes, here from level to level; but all
+/// else it reads faster from a uniform.
+@group(0) @binding(6) var<storage, read> bounds: Taps;
+@group(0) @binding(15) var<uniform> taps: Taps;
 @group(0) @binding(7) var rougher: texture_cube<f32>;
 @group(0) @binding(8) var<storage, read_write> blocks: array<Block>;
+/// The same for the sums, which all read one block at a time: as a uniform that is read once for many threads.
+@group(0) @binding(14) var<uniform> summands: array<Block, 384>;
 /// GGX's alpha, the square of the perceptual roughness.
 @group(0) @binding(12) var<uniform> alpha: f32;
 
@@ -225,8 +229,8 @@ fn diffuse(@builtin(global_invocation_id) id: vec3u) {
     var odd = mat3x4f(vec4f(), vec4f(), vec4f());
     var even = mat3x4f(vec4f(), vec4f(), vec4f());
     for (var i = 0u; i < 6u * BLOCK_EDGE * BLOCK_EDGE; i++) {
-        let light = blocks[i].light;
-        let centroid = blocks[i].centroid;
+        let light = summands[i].light;
+        let centroid = summands[i].centroid;
         let cosine = normals * centroid.xyz;
         let size = mean_absolute_cosine(cosine, centroid.w);
         odd += mat3x4f(light.r * cosine, light.g * cosine, light.b * cosine);
@@ -268,7 +272,7 @@ fn glossy_taps(@builtin(global_invocation_id) id: vec3u) {
     // Texels are smaller towards the corners of a face: (2 ÷ edge)² times this, where π ÷ 6 is the mean.
     let correction = -0.5 * log2(relative_angle(position) * (6.0 / PI));
     var sum = textureSampleLevel(rougher, cube_sampler, normal, 0.0).rgb * taps.tail;
-    for (var i = 0u; i < taps.count; i++) {
+    for (var i = 0u; i < bounds.count; i++) {
         let tap = taps.places[i];
         let dir = tangent * tap.x + bitangent * tap.y + normal * tap.z;
         let level = clamp(tap.w + correction, 0.0, taps.coarsest_level);
@@ -282,21 +286,23 @@ fn glossy_taps(@builtin(global_invocation_id) id: vec3u) {
 const SHARPENING: f32 = -0.5;
 
 /// As `glossy_taps`, for lobes wider than a block: the whole sum. For normal = view, GGX depends on the cosine to the light
-/// alone, since the half vector bisects the angle. One thread per quad.
+/// alone, since the half vector bisects the angle. One thread per quad, face after face: the last levels have few.
 @compute @workgroup_size(64, 1, 1)
 fn glossy_sum(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(output).x;
-    let start = quad_start(id.x, edge);
-    if start.y >= edge {
+    let per_face = edge * edge / QUAD;
+    let face = id.x / per_face;
+    if face >= 6u {
         return;
     }
-    let normals = quad_normals(start, id.z, edge);
+    let start = quad_start(id.x % per_face, edge);
+    let normals = quad_normals(start, face, edge);
     let own = alpha * alpha;
     var sum = mat3x4f(vec4f(), vec4f(), vec4f());
     var weight_sum = vec4f(0.0);
     for (var i = 0u; i < 6u * BLOCK_EDGE * BLOCK_EDGE; i++) {
-        let light = blocks[i].light;
-        let centroid = blocks[i].centroid;
+        let light = summands[i].light;
+        let centroid = summands[i].centroid;
         let cosine = normals * centroid.xyz;
         let width = max(own + SHARPENING * centroid.w * centroid.w, 0.5 * own);
         let d = 0.5 * (width - 1.0) * (1.0 + cosine) + 1.0;
@@ -306,7 +312,7 @@ fn glossy_sum(@builtin(global_invocation_id) id: vec3u) {
     }
     var means = transpose(sum);
     for (var i = 0u; i < QUAD; i++) {
-        textureStore(output, start + vec2u(i, 0u), id.z, vec4f(max(means[i], vec3f(0.0)) / weight_sum[i], 1.0));
+        textureStore(output, start + vec2u(i, 0u), face, vec4f(max(means[i], vec3f(0.0)) / weight_sum[i], 1.0));
     }
 }
 

@@ -9,7 +9,7 @@ use bevy::{
         PipelineCache, SamplerBindingType, ShaderStages, StorageTextureAccess, TextureFormat, TextureSampleType,
         binding_types::{
             sampler, storage_buffer_read_only, storage_buffer_sized, texture_2d, texture_2d_array, texture_cube,
-            texture_storage_2d_array, uniform_buffer,
+            texture_storage_2d_array, uniform_buffer, uniform_buffer_sized,
         },
     },
 };
@@ -44,6 +44,7 @@ pub(super) fn init_filter_pipelines(
     let cube = texture_cube(TextureSampleType::Float { filterable: true });
     let filtering = sampler(SamplerBindingType::Filtering);
     let blocks = storage_buffer_sized(false, None);
+    let summands = uniform_buffer_sized(false, None);
     let shader = load_embedded_asset!(asset_server.as_ref(), "filter_pass.wgsl");
     let step = |entry_point: &'static str, bindings: &[(u32, BindGroupLayoutEntryBuilder)]| {
         let entries: Vec<_> =
@@ -59,6 +60,7 @@ pub(super) fn init_filter_pipelines(
         Step { id, layout }
     };
     let taps = storage_buffer_read_only::<TapsBuffer>(false);
+    let places = uniform_buffer::<TapsBuffer>(false);
     let viewpoint = uniform_buffer::<Vec4>(false);
     let equirect = texture_2d(TextureSampleType::Float { filterable: false });
     commands.insert_resource(FilterPipelines {
@@ -66,10 +68,10 @@ pub(super) fn init_filter_pipelines(
         halve_and_copy: step("halve_and_copy", &[(0, texels), (1, output), (5, output)]),
         smooth_halve: step("smooth_halve", &[(1, output), (2, cube), (3, filtering)]),
         gather_blocks: step("gather_blocks", &[(0, texels), (8, blocks)]),
-        diffuse: step("diffuse", &[(5, output), (8, blocks)]),
+        diffuse: step("diffuse", &[(5, output), (14, summands)]),
         sharpest: step("sharpest", &[(0, texels), (5, output)]),
-        glossy_taps: step("glossy_taps", &[(3, filtering), (4, cube), (5, output), (6, taps), (7, cube)]),
-        glossy_sum: step("glossy_sum", &[(5, output), (8, blocks), (12, uniform_buffer::<f32>(false))]),
+        glossy_taps: step("glossy_taps", &[(3, filtering), (4, cube), (5, output), (6, taps), (7, cube), (15, places)]),
+        glossy_sum: step("glossy_sum", &[(5, output), (12, uniform_buffer::<f32>(false)), (14, summands)]),
         resample_equirect: step("resample_equirect", &[(1, output), (9, equirect), (13, viewpoint)]),
         resample_cube: step("resample_cube", &[(1, output), (10, cube), (11, filtering), (13, viewpoint)]),
     });
