@@ -2,7 +2,10 @@
 //!
 //! `cargo run --example unwrap_ball -- --photo ball.jpg --center 1031,1037 --diameter 1988 --fov 280 --out surroundings.hdr`
 
-use bevy::math::{Quat, Vec2};
+use bevy::{
+    color::{ColorToComponents, ColorToPacked, LinearRgba, Srgba},
+    math::{Quat, Vec2, Vec3},
+};
 use bevy_mirrorball::{camera::FramePixels, probe::BallPicture};
 use lexopt::prelude::*;
 use std::{path::PathBuf, process::ExitCode};
@@ -75,10 +78,8 @@ fn unwrap_ball(options: &Options) -> Outcome<()> {
     picture.reflectance = options.reflectance;
     let map = picture.to_equirect(options.width, Quat::IDENTITY);
     if options.out.extension().is_some_and(|extension| extension == "png") {
-        let encode = |value: f32| {
-            (255.0 * if value <= 0.0031308 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }) as u8
-        };
-        let bytes = map.texels.iter().flat_map(|texel| texel.to_array().map(|value| encode(value.min(1.0))));
+        let encode = |texel: &Vec3| Srgba::from(LinearRgba::from_vec3(texel.min(Vec3::ONE))).to_u8_array_no_alpha();
+        let bytes = map.texels.iter().flat_map(encode);
         image::RgbImage::from_raw(map.size.x, map.size.y, bytes.collect())
             .ok_or("the map has the wrong size")?
             .save(&options.out)?;

@@ -82,6 +82,7 @@ pub mod materials;
 pub mod authoring;
 pub mod debug;
 pub mod offscreen;
+mod sky;
 use bevy::{app::PluginGroupBuilder, prelude::*};
 
 /// All of the crate. Add after [`DefaultPlugins`].

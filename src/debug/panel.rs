@@ -11,6 +11,7 @@ use crate::{
 };
 use bevy::{
     diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore, FrameTimeDiagnosticsPlugin},
+    ecs::entity_disabling::Disabled,
     prelude::*,
 };
 use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass, EguiTextureHandle, egui};
@@ -40,6 +41,7 @@ impl Plugin for MeasuringPanelPlugin {
             .add_systems(Startup, |mut commands: Commands, mut images: ResMut<Assets<Image>>| {
                 commands.spawn((PanelMap, MapView::new(ShownMap::Measured, &mut images)));
             })
+            .add_systems(PreUpdate, rest_map.run_if(resource_changed::<MeasuringPanel>))
             .add_systems(EguiPrimaryContextPass, draw_panel.run_if(|panel: Res<MeasuringPanel>| panel.is_open));
     }
 }
@@ -63,6 +65,19 @@ impl Default for MeasuringPanel {
 /// On the panel's view of a map.
 #[derive(Component)]
 struct PanelMap;
+
+type RestingOrNot = (With<PanelMap>, Or<(With<Disabled>, Without<Disabled>)>);
+
+/// While the panel is closed nobody looks at its map.
+fn rest_map(mut commands: Commands, panel: Res<MeasuringPanel>, maps: Query<Entity, RestingOrNot>) {
+    for map in &maps {
+        if panel.is_open {
+            commands.entity(map).remove::<Disabled>();
+        } else {
+            commands.entity(map).insert(Disabled);
+        }
+    }
+}
 
 /// The diagnostics of the stages and how the panel calls them.
 const STAGES: [(&DiagnosticPath, &str); 7] = [

@@ -4,6 +4,7 @@
 //! several percent under lamps; what is drawn uses the filtered maps instead.
 
 use super::CubePixels;
+use crate::sky::face_direction;
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
@@ -68,7 +69,7 @@ impl CubePixels {
         for (i, texel) in (0u32..).zip(&self.texels) {
             let at = (UVec2::new(i % edge, i / edge % edge).as_vec2() + 0.5) * (2.0 / edge as f32) - 1.0;
             let angle = (1.0 + at.length_squared()).powf(-1.5);
-            let basis = EnvironmentHarmonics::basis(super::equirect::face_direction(i / (edge * edge), at));
+            let basis = EnvironmentHarmonics::basis(face_direction(i / (edge * edge), at));
             for (coefficient, basis) in coefficients.iter_mut().zip(basis) {
                 *coefficient += texel * (angle * basis);
             }
@@ -93,7 +94,7 @@ mod tests {
         let edge = 32;
         let texels = (0..6 * edge * edge).map(|i| {
             let at = (UVec2::new(i % edge, i / edge % edge).as_vec2() + 0.5) * (2.0 / edge as f32) - 1.0;
-            radiance(crate::environment::equirect::face_direction(i / (edge * edge), at))
+            radiance(face_direction(i / (edge * edge), at))
         });
         CubePixels { edge, texels: texels.collect() }
     }

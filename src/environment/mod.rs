@@ -44,8 +44,6 @@
 //! # }
 //! ```
 
-mod equirect;
-mod files;
 mod filter;
 mod filter_pass;
 mod harmonics;
@@ -58,13 +56,13 @@ mod scene_probe;
 mod scene_probe_pass;
 mod source;
 
-pub use equirect::{CubePixels, EquirectPixels, equirect_direction, equirect_position};
-pub use files::EnvironmentFileError;
 pub use harmonics::EnvironmentHarmonics;
 pub use maps::FilteredEnvironment;
 pub use parallax::DeskParallax;
 pub use refresh::{EnvironmentState, Refresh};
 pub use scene_probe::{SceneCube, SceneProbe};
+
+pub use crate::sky::{CubePixels, EnvironmentFileError, EquirectPixels, equirect_direction, equirect_position};
 
 use crate::{MirrorballSystems, camera::ArCamera, probe::EnvironmentCube};
 use bevy::{
@@ -96,7 +94,7 @@ use source::SourceShape;
 /// ```
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]
-#[require(EnvironmentState)]
+#[require(EnvironmentState, crate::probe::HasLight)]
 pub struct LiveEnvironment {
     /// Linear radiance in frame buffer units (1.0 shows as 1.0), world axes. Either a cube (six square layers in Bevy's
     /// convention) or an equirectangular picture (twice as wide as high, column u/width is the azimuth from −Z towards +X,
@@ -129,7 +127,10 @@ impl Plugin for EnvironmentPlugin {
             .add_observer(take_light_away)
             .add_systems(
                 PreUpdate,
-                (light_cameras_by_probe, follow_sources, keep_intensity).chain().after(MirrorballSystems::Track),
+                (light_cameras_by_probe, follow_sources, keep_intensity)
+                    .chain()
+                    .after(MirrorballSystems::Track)
+                    .after(crate::probe::allocate_cubes),
             )
             .register_type::<DeskParallax>()
             .add_systems(PostUpdate, request_refreshes.after(bevy::asset::AssetEventSystems))

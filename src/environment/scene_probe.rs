@@ -1,7 +1,7 @@
 //! The virtual scene around a point as an environment, so that moving virtual objects mirror each other and the room.
 
 use super::{LiveEnvironment, Refresh, ViewingCamera, unit_intensity};
-use crate::probe::{EnvironmentCube, cube_image};
+use crate::{probe::EnvironmentCube, sky::cube_image};
 use bevy::{
     asset::RenderAssetUsages,
     camera::{

@@ -2,6 +2,7 @@
 
 #import bevy_pbr::prepass_io::VertexOutput
 #import bevy_pbr::mesh_view_bindings::view
+#import bevy_mirrorball::shadows::samples::{IS_HIDING, IS_PHANTOM}
 #ifdef PREPASS_FRAGMENT
 #import bevy_pbr::prepass_io::FragmentOutput
 #endif
@@ -14,10 +15,6 @@ struct Phantom {
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(2) var<uniform> phantom: Phantom;
 
-/// Alpha of a phantom that receives shadows, and of one that does not. Virtual surfaces have 1.
-const RECEIVING: f32 = 0.0;
-const HIDING: f32 = 0.33333;
-
 #ifdef PREPASS_FRAGMENT
 @fragment
 fn fragment(in: VertexOutput) -> FragmentOutput {
@@ -29,9 +26,9 @@ fn fragment(in: VertexOutput) -> FragmentOutput {
     var out: FragmentOutput;
 #ifdef NORMAL_PREPASS
 #ifdef RECEIVES_SHADOWS
-    out.normal = vec4f(normalize(in.world_normal) * 0.5 + 0.5, RECEIVING);
+    out.normal = vec4f(normalize(in.world_normal) * 0.5 + 0.5, IS_PHANTOM);
 #else
-    out.normal = vec4f(normalize(in.world_normal) * 0.5 + 0.5, HIDING);
+    out.normal = vec4f(normalize(in.world_normal) * 0.5 + 0.5, IS_HIDING);
 #endif
 #endif
 #ifdef UNCLIPPED_DEPTH_ORTHO_EMULATION

@@ -2,6 +2,7 @@
 // other side as that takes up of a disc around it.
 
 #import bevy_render::view::View
+#import bevy_mirrorball::shadows::samples::{IS_VIRTUAL, world_position}
 
 /// Mirror of `SoftEdgesUniform` in soft_edges.rs.
 struct SoftEdges {
@@ -37,11 +38,9 @@ struct Surface {
 fn surface_at(pixel: vec2i) -> Surface {
     let depth = textureLoad(depths, pixel, 0);
     let facing = textureLoad(normals, pixel, 0);
-    let uv = (vec2f(pixel) + 0.5 - view.viewport.xy) / view.viewport.zw;
-    let pos = view.world_from_clip * vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, max(depth, 1e-9), 1.0);
-    let is_virtual = facing.a > 0.5;
+    let is_virtual = abs(facing.a - IS_VIRTUAL) < 0.1;
     return Surface(
-        pos.xyz / pos.w, normalize(facing.xyz * 2.0 - 1.0), depth > 0.0 && is_virtual, depth > 0.0 && !is_virtual,
+        world_position(view.world_from_clip, view.viewport, pixel, max(depth, 1e-9)), normalize(facing.xyz * 2.0 - 1.0), depth > 0.0 && is_virtual, depth > 0.0 && !is_virtual,
     );
 }
 

@@ -3,8 +3,7 @@
 use super::{BallView, recovery::EDGE_MARGIN_PIXELS};
 use crate::{
     camera::{FramePixels, Intrinsics},
-    // Plain data of a later stage.
-    environment::{EquirectPixels, equirect_direction},
+    sky::{EquirectPixels, equirect_direction},
 };
 use bevy::prelude::*;
 use std::f32::consts::PI;

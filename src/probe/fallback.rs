@@ -3,8 +3,7 @@
 use super::{EnvironmentCube, LightProbeSphere, ProbeMeasurement, probe_camera::LensView, recovery};
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
-    // Taken from a later stage: its pictures are plain data.
-    environment::{EnvironmentFileError, EquirectPixels, equirect_direction},
+    sky::{EnvironmentFileError, EquirectPixels, equirect_direction},
     tracking::{MarkerAnchor, MarkerTracking},
 };
 use bevy::{
@@ -159,6 +158,12 @@ pub(super) struct FallbackPicture {
     measured_since: Option<Duration>,
 }
 
+impl FallbackPicture {
+    fn new(image: Handle<Image>, size: UVec2, version: u32, gradient: Option<SkyGradient>) -> Self {
+        Self { image, size, version, share: 0.0, gradient, measured_since: None }
+    }
+}
+
 const GRADIENT_SIZE: UVec2 = UVec2::new(128, 64);
 
 /// A file on its way.
@@ -212,7 +217,7 @@ type SeenProbes<'w, 's> = Query<'w, 's, &'static ProbeMeasurement, (With<LightPr
 pub(super) fn choose_fallbacks(
     mut commands: Commands,
     mut images: ResMut<Assets<Image>>,
-    mut cameras: Query<FallbackCamera>,
+    mut cameras: Query<FallbackCamera, With<EnvironmentCube>>,
     probes: SeenProbes,
     lenses: Query<(), With<LensView>>,
     anchors: Query<(&MarkerAnchor, &MarkerTracking)>,
@@ -267,14 +272,7 @@ pub(super) fn choose_fallbacks(
             }
             None => {
                 let image = images.add(gradient_texture(&sky));
-                commands.entity(entity).insert(FallbackPicture {
-                    image,
-                    size: GRADIENT_SIZE,
-                    version: 0,
-                    share: 0.0,
-                    gradient: Some(sky),
-                    measured_since: None,
-                });
+                commands.entity(entity).insert(FallbackPicture::new(image, GRADIENT_SIZE, 0, Some(sky)));
             }
         }
     }
@@ -290,9 +288,7 @@ fn take_file(
 ) {
     let image = images.add(texture(pixels.size, pixels.texels.iter().copied()));
     let version = old.map_or(0, |old| old.version + 1);
-    let picture =
-        FallbackPicture { image, size: pixels.size, version, share: 0.0, gradient: None, measured_since: None };
-    commands.entity(entity).insert(picture);
+    commands.entity(entity).insert(FallbackPicture::new(image, pixels.size, version, None));
     origin.set_if_neq(from);
 }
 

@@ -136,7 +136,7 @@ pub enum LensError {
         /// Its radius in pixels.
         radius: f32,
     },
-    /// The confidence of a camera.
+    /// The camera's factor.
     #[error("LightProbeCamera.gain is {0}; each channel has to be finite and above 0")]
     Gain(Vec3),
 }

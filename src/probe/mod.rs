@@ -44,7 +44,7 @@
 
 mod ball_picture;
 mod cube_directions;
-mod cube_image;
+mod cube_writes;
 mod fallback;
 mod glance;
 mod lens;
@@ -54,9 +54,10 @@ mod probe_camera;
 mod recovery;
 mod solids;
 mod unwrap_pass;
+mod unwrap_source;
 
 pub use ball_picture::{BallPicture, BallPictureError};
-pub use cube_image::CubeWrites;
+pub use cube_writes::CubeWrites;
 pub use fallback::{EnvironmentFallback, EnvironmentOrigin, SkyGradient};
 pub use lens::{FisheyeProjection, ImageCircle, LensError, ProbeLens};
 pub use measure::ProbeMeasurement;
@@ -65,11 +66,10 @@ pub use probe_camera::{LightProbeCamera, ProbeCameraState};
 pub use recovery::{ClipEvidence, ClipRecovery};
 
 pub(crate) use cube_directions::cube_directions;
-pub(crate) use cube_image::cube_image;
 pub(crate) use recovery::{EDGE_MARGIN_PIXELS, gain_limits};
-pub(crate) use unwrap_pass::ClipGains;
+pub(crate) use unwrap_source::ClipGains;
 
-use crate::{MirrorballSystems, camera::ArCamera, environment::LiveEnvironment};
+use crate::{MirrorballSystems, camera::ArCamera, sky::cube_image};
 use bevy::{light::EnvironmentMapLight, prelude::*, transform::TransformSystems};
 
 /// A mirrored ball standing in the real scene; its center is the entity's origin.
@@ -153,8 +153,8 @@ pub struct UniformSky {
     pub radiance: Option<Vec3>,
 }
 
-/// The environment as a cube map, on the entity of every [`LightProbeSphere`], [`LightProbeCamera`] and [`ArCamera`]; it is the same
-/// on all of them.
+/// The environment as a cube map, on the entity of every [`LightProbeSphere`], [`LightProbeCamera`] and every [`ArCamera`] that a game
+/// does not light by itself; it is the same on all of them.
 ///
 /// Linear camera units, world axes, 16-bit float, one mip level, edge length [`SIZE`](Self::SIZE). Alpha is the confidence, 0…1: pixels
 /// of the picture per texel (along an edge, at most 1) where a direction is seen, less with age where it was seen earlier, 0.001 where
@@ -204,13 +204,16 @@ impl Plugin for ProbePlugin {
 
 /// The one environment cube.
 #[derive(Resource)]
-struct CubeOfAll(EnvironmentCube);
+pub(crate) struct CubeOfAll(EnvironmentCube);
 
-/// Cameras that a game lights by itself need no fallback.
-type Unlit = (With<EnvironmentFallback>, Without<EnvironmentMapLight>, Without<LiveEnvironment>);
-type NewProbe = (Or<(With<LightProbeSphere>, With<LightProbeCamera>, Unlit)>, Without<EnvironmentCube>);
+/// On whatever has light of its own already; a camera spawned with it needs no fallback.
+#[derive(Component, Clone, Copy, Debug, Default)]
+pub(crate) struct HasLight;
 
-fn allocate_cubes(
+pub(crate) type Unlit = (With<EnvironmentFallback>, Without<EnvironmentMapLight>, Without<HasLight>);
+pub(crate) type NewProbe = (Or<(With<LightProbeSphere>, With<LightProbeCamera>, Unlit)>, Without<EnvironmentCube>);
+
+pub(crate) fn allocate_cubes(
     mut commands: Commands,
     mut images: ResMut<Assets<Image>>,
     cube: Option<Res<CubeOfAll>>,

@@ -4,7 +4,7 @@
 #define_import_path bevy_mirrorball::shadows::receive
 
 #import bevy_pbr::mesh_view_bindings::view
-#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike}
+#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike, world_position}
 #import bevy_mirrorball::shadows::visibility::{
     brightness_left, dome, has_lamps, phantom_visibility, real_visibility, virtual_visibility,
 }
@@ -46,9 +46,7 @@ fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -
         let stored = textureLoad(visibility_map, vec2i(sample), 0);
         let depth = textureLoad(depth_prepass_texture, pixel, 0);
         let facing = textureLoad(normal_prepass_texture, pixel, 0);
-        let uv = (vec2f(pixel) + 0.5 - view.viewport.xy) / view.viewport.zw;
-        let pos = view.world_from_clip * vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, depth, 1.0);
-        let offset = pos.xyz / pos.w - pos_world;
+        let offset = world_position(view.world_from_clip, view.viewport, pixel, depth) - pos_world;
         let is_same = depth > 0.0 && abs(facing.a - kind) < 0.1;
         let same = alike(offset, normal, normalize(facing.xyz * 2.0 - 1.0), distance_to_camera);
         let weight = select(0.0, bilinear.x * bilinear.y * same, is_same && stored.a > 0.0);

@@ -1,9 +1,10 @@
-// When two samples of a picture are of the same surface.
+// What the prepass says of a picture's samples, and when two of them are of the same surface.
 
 #define_import_path bevy_mirrorball::shadows::samples
 
-/// Alpha of normals in the prepass: a phantom that receives, a virtual surface.
+/// Alpha of normals in the prepass: a phantom that receives, one that only hides, a virtual surface.
 const IS_PHANTOM: f32 = 0.0;
+const IS_HIDING: f32 = 0.33333;
 const IS_VIRTUAL: f32 = 1.0;
 /// A sample belongs to the same surface if it lies no steeper than this (sine) above or below the tangent plane…
 const STEEPEST: f32 = 0.3;
@@ -16,4 +17,11 @@ const SAME_NORMAL: vec2f = vec2f(0.8, 0.95);
 fn alike(offset: vec3f, normal: vec3f, other_normal: vec3f, distance_to_camera: f32) -> f32 {
     let is_near = abs(dot(offset, normal)) <= STEEPEST * length(offset) + LEAST_STEP * distance_to_camera;
     return select(0.0, smoothstep(SAME_NORMAL.x, SAME_NORMAL.y, dot(other_normal, normal)), is_near);
+}
+
+/// Where in the world the middle of a pixel is at a depth.
+fn world_position(world_from_clip: mat4x4f, viewport: vec4f, pixel: vec2i, depth: f32) -> vec3f {
+    let uv = (vec2f(pixel) + 0.5 - viewport.xy) / viewport.zw;
+    let pos = world_from_clip * vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, depth, 1.0);
+    return pos.xyz / pos.w;
 }

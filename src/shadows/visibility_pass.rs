@@ -110,7 +110,7 @@ struct VisibilityPipelines {
     dome_layout: BindGroupLayoutDescriptor,
     shader: Handle<Shader>,
     /// By what is compiled, whether the prepass is multisampled, and what is done.
-    queued: HashMap<(DomeShader, bool, Step), CachedComputePipelineId>,
+    queued: HashMap<(DomeShader, bool, Step), (CachedComputePipelineId, BindGroupLayout)>,
 }
 
 fn init_visibility_pipelines(mut commands: Commands, asset_server: Res<AssetServer>) {
@@ -162,21 +162,25 @@ impl VisibilityPipelines {
         is_multisampled: bool,
         step: Step,
         cache: &PipelineCache,
-    ) -> CachedComputePipelineId {
-        *self.queued.entry((shader, is_multisampled, step)).or_insert_with(|| {
+    ) -> (CachedComputePipelineId, BindGroupLayout) {
+        let queue = || {
             let mut shader_defs = vec![ShaderDefVal::UInt("MATERIAL_BIND_GROUP".into(), DOME_GROUP)];
             shader_defs.extend(shader.shader_defs());
             shader_defs.extend(step.shader_def());
             shader_defs.extend(is_multisampled.then(|| "MULTISAMPLED".into()));
-            cache.queue_compute_pipeline(ComputePipelineDescriptor {
+            let layout = view_layout(is_multisampled, step);
+            let bind_group_layout = cache.get_bind_group_layout(&layout);
+            let id = cache.queue_compute_pipeline(ComputePipelineDescriptor {
                 label: Some("mirrorball_shadows_visibility".into()),
-                layout: vec![view_layout(is_multisampled, step), self.dome_layout.clone()],
+                layout: vec![layout, self.dome_layout.clone()],
                 shader: self.shader.clone(),
                 shader_defs,
                 entry_point: Some(step.entry_point().into()),
                 ..default()
-            })
-        })
+            });
+            (id, bind_group_layout)
+        };
+        self.queued.entry((shader, is_multisampled, step)).or_insert_with(queue).clone()
     }
 }
 
@@ -219,8 +223,7 @@ fn prepare_dome_bindings(
     let is_multisampled = msaa.samples() > 1;
     if dome.fitted.direction_count() > 0 {
         for &step in Step::of(dome.fitted.samples) {
-            let pipeline = pipelines.pipeline(textures.shader, is_multisampled, step, &pipeline_cache);
-            let layout = pipeline_cache.get_bind_group_layout(&view_layout(is_multisampled, step));
+            let (pipeline, layout) = pipelines.pipeline(textures.shader, is_multisampled, step, &pipeline_cache);
             prepared.steps.push((step, pipeline, layout));
         }
     }

@@ -5,7 +5,7 @@
 // *Interleaved sampling*). Key lights, whose shadows have edges, are looked at in each.
 
 #import bevy_render::view::View
-#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike}
+#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike, world_position}
 #import bevy_mirrorball::shadows::visibility::{
     Ranks, Tally, brightness_left, dome, has_lamps, luminance, phantom_factor, phantom_keys, phantom_tally,
     phantom_visibility, real_visibility, sum_of, surface_factor, surface_keys, surface_tally, virtual_visibility,
@@ -43,11 +43,9 @@ fn surface_at(sample: vec2u) -> Surface {
     let pixel = vec2i(sample * dome.served.x);
     let depth = textureLoad(depths, pixel, 0);
     let facing = textureLoad(normals, pixel, 0);
-    let uv = (vec2f(pixel) + 0.5 - view.viewport.xy) / view.viewport.zw;
-    let pos = view.world_from_clip * vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, depth, 1.0);
     // What was drawn there says the normal's alpha.
     return Surface(
-        pos.xyz / pos.w, normalize(facing.xyz * 2.0 - 1.0),
+        world_position(view.world_from_clip, view.viewport, pixel, depth), normalize(facing.xyz * 2.0 - 1.0),
         depth > 0.0 && abs(facing.a - IS_PHANTOM) < 0.1, depth > 0.0 && abs(facing.a - IS_VIRTUAL) < 0.1,
     );
 }

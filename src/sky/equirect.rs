@@ -1,6 +1,6 @@
 //! Environments on the CPU: cube maps and equirectangular pictures, and each made from the other.
 
-use crate::probe::cube_image;
+use super::cube_image;
 use bevy::{prelude::*, render::render_resource::TextureUsages};
 use std::f32::consts::{PI, TAU};
 
@@ -123,7 +123,7 @@ impl EquirectPixels {
 }
 
 /// Unit world direction of a position on a layer of a cube map, −1…1 across and down.
-pub(super) fn face_direction(face: u32, p: Vec2) -> Vec3 {
+pub(crate) fn face_direction(face: u32, p: Vec2) -> Vec3 {
     let dir = match face {
         0 => Vec3::new(1.0, -p.y, -p.x),
         1 => Vec3::new(-1.0, -p.y, p.x),
