@@ -34,10 +34,12 @@ has_library() {
     PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null | grep "$1" >/dev/null
 }
 
-# Whether libclang is installed. It has a version in its name and need not be where the loader looks.
+# Whether libclang is installed. It has a version in its name and need not be where the loader looks. Compilers come with
+# libclang-cpp, which is another library and does not help.
 has_libclang() {
-    [ -n "${LIBCLANG_PATH:-}" ] || has_library 'libclang[-.0-9]*\.so' ||
-        compgen -G "/usr/lib/llvm-*/lib/libclang*.so*" >/dev/null
+    [ -n "${LIBCLANG_PATH:-}" ] || has_library 'libclang\(-[0-9][-.0-9]*\)\?\.so' ||
+        compgen -G "/usr/lib/llvm-*/lib/libclang.so*" >/dev/null ||
+        compgen -G "/usr/lib/llvm-*/lib/libclang-[0-9]*.so*" >/dev/null
 }
 
 # Debian and Ubuntu name the package after its version; prints the newest there is.
