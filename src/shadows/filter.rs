@@ -68,7 +68,7 @@ pub struct DomeShader {
 }
 
 impl DomeShader {
-    /// The definitions under which `visibility.wgsl` does that.
+    /// The definitions under which `maps.wgsl` does that.
     pub(crate) fn shader_defs(self) -> impl Iterator<Item = ShaderDefVal> {
         let keys = self.has_keys.then(|| "KEY_LIGHTS".into());
         let spots = self.has_lenses.then(|| "SPOTS".into());

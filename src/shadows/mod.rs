@@ -229,6 +229,7 @@ impl Plugin for ShadowsPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "dome.wgsl");
         load_shader_library!(app, "samples.wgsl");
+        load_shader_library!(app, "maps.wgsl");
         load_shader_library!(app, "visibility.wgsl");
         load_shader_library!(app, "receive.wgsl");
         app.register_type::<ShadowDomeLight>()

@@ -4,9 +4,10 @@
 #define_import_path bevy_mirrorball::shadows::receive
 
 #import bevy_pbr::mesh_view_bindings::view
+#import bevy_mirrorball::shadows::maps::dome
 #import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike, world_position}
 #import bevy_mirrorball::shadows::visibility::{
-    brightness_left, dome, has_lamps, phantom_visibility, real_visibility, virtual_visibility,
+    brightness_left, has_lamps, phantom_visibility, real_visibility, virtual_visibility,
 }
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS

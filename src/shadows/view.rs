@@ -117,7 +117,7 @@ impl ViewUniform {
                 Self {
                     center: lens.position,
                     depth: Vec2::new(1.0 / inverse_depth, -1.0 / (lens.far * inverse_depth)),
-                    // Penumbras in tile widths per unit of depth; see percentage_closer_soft_shadow in visibility.wgsl.
+                    // Penumbras in tile widths per unit of depth; see percentage_closer_soft_shadow in maps.wgsl.
                     spread: 0.5 * lamp_radius / widest * inverse_depth,
                     measured_at: lens.measured_at,
                     ..Self::with_axes(right * shrunk.x, up * shrunk.y, -1.0 / widest)

@@ -5,9 +5,10 @@
 // *Interleaved sampling*). Key lights, whose shadows have edges, are looked at in each.
 
 #import bevy_render::view::View
+#import bevy_mirrorball::shadows::maps::dome
 #import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike, world_position}
 #import bevy_mirrorball::shadows::visibility::{
-    Ranks, Tally, brightness_left, dome, has_lamps, luminance, phantom_factor, phantom_keys, phantom_tally,
+    Ranks, Tally, brightness_left, has_lamps, luminance, phantom_factor, phantom_keys, phantom_tally,
     phantom_visibility, real_visibility, sum_of, surface_factor, surface_keys, surface_tally, virtual_visibility,
 }
 

@@ -59,8 +59,8 @@ impl CubePixels {
         EquirectPixels { size, texels: texels.collect() }
     }
 
-    /// A cube texture of half floats: for [`LiveEnvironment`](crate::environment::LiveEnvironment), Bevy's `Skybox` or a material. Radiance
-    /// beyond what half floats hold (65504) is cut off.
+    /// A cube texture of half floats: for [`LiveEnvironment`](crate::environment::LiveEnvironment), Bevy's `Skybox` or a
+    /// material. Radiance beyond what half floats hold (65504) is cut off.
     pub fn to_image(&self) -> Image {
         let mut image = cube_image("mirrorball_environment", self.edge, 1);
         image.texture_descriptor.usage |= TextureUsages::COPY_DST;

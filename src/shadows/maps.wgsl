@@ -1,0 +1,234 @@
+// Shadow maps of the dome: what casters leave of a direction's light at a place.
+//
+// Definitions: at most one of FILTER_NEAREST, FILTER_GAUSS, FILTER_PCF and FILTER_PCSS; without any, 2 × 2 texels are
+// compared bilinearly. SPOTS: lights may be near.
+
+#define_import_path bevy_mirrorball::shadows::maps
+
+#import bevy_mirrorball::shadows::dome::{Axes, Dome, atlas_uv, project, tile_corner, tile_position, unpack_axes}
+
+@group(#{MATERIAL_BIND_GROUP}) @binding(100) var atlas: texture_depth_2d;
+@group(#{MATERIAL_BIND_GROUP}) @binding(101) var atlas_sampler: sampler_comparison;
+@group(#{MATERIAL_BIND_GROUP}) @binding(102) var<storage, read> dome: Dome;
+
+const VIRTUAL_CASTERS: u32 = 0u;
+const PHANTOM_CASTERS: u32 = 1u;
+/// A surface looks at its own shadow map this many texels above itself, and more by the radius of the filter.
+const SELF_SHADOW_OFFSET: f32 = 1.5;
+/// Samples by which PCSS looks for what blocks the light.
+const BLOCKER_SAMPLES: i32 = 12;
+/// Samples of the penumbra that PCSS averages.
+const PENUMBRA_SAMPLES: i32 = 20;
+/// Rows of the matrix that turns by the golden angle.
+const GOLDEN_TURN: vec4f = vec4f(-0.737369, -0.675490, 0.675490, -0.737369);
+/// Depth changes by at most this much per width of a tile, for surfaces along the light.
+const STEEPEST_GRADIENT: f32 = 8.0;
+/// A near lamp is at most this many times as bright as where it was measured.
+const NEAREST_GAIN: f32 = 1e3;
+
+/// Share of a direction's light that reaches a position in its tile (-1…1, depth) on a surface whose depth changes by a
+/// gradient, per width of the tile.
+fn compare(corner: vec2f, pos: vec3f, gradient: vec2f) -> f32 {
+    let depth = clamp(pos.z, 0.0, 1.0);
+    let texel = 1.0 / (vec2f(dome.counts.zw) * dome.params.x);
+    let center = atlas_uv(dome.counts, corner, 1.0, pos.xy);
+#ifdef FILTER_NEAREST
+    return textureSampleCompareLevel(atlas, atlas_sampler, (floor(center / texel) + 0.5) * texel, depth);
+#else ifdef FILTER_GAUSS
+    // Four bilinear comparisons half a texel off are the weights 1 2 1, 2 4 2, 1 2 1 on nine texels.
+    var sum = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let offset = vec2f(vec2u(i % 2u, i / 2u)) - 0.5;
+        sum += textureSampleCompareLevel(atlas, atlas_sampler, center + offset * texel, depth);
+    }
+    return 0.25 * sum;
+#else ifdef FILTER_PCF
+    let radius = i32(dome.params.y);
+    var sum = 0.0;
+    for (var y = -radius; y <= radius; y++) {
+        for (var x = -radius; x <= radius; x++) {
+            sum += textureSampleCompareLevel(atlas, atlas_sampler, center + vec2f(vec2i(x, y)) * texel, depth);
+        }
+    }
+    let width = 2.0 * dome.params.y + 1.0;
+    return sum / (width * width);
+#else ifdef FILTER_PCSS
+    return percentage_closer_soft_shadow(window(corner, 1.0, pos, gradient), dome.params.z);
+#else
+    return textureSampleCompareLevel(atlas, atlas_sampler, center, depth);
+#endif
+}
+
+/// A key light's or soft direction's tile around a position in it.
+struct Window {
+    /// In the atlas: of the position, of the tile's texels, the size of the tile and of a texel.
+    center: vec2f,
+    low: vec2f,
+    high: vec2f,
+    tile: vec2f,
+    texel: vec2f,
+    depth: f32,
+    gradient: vec2f,
+}
+
+fn window(corner: vec2f, span: f32, pos: vec3f, gradient: vec2f) -> Window {
+    let texel = 1.0 / (vec2f(dome.counts.zw) * dome.params.x);
+    let tile = span / vec2f(dome.counts.zw);
+    let low = corner / vec2f(dome.counts.zw);
+    let center = atlas_uv(dome.counts, corner, span, pos.xy);
+    return Window(center, low + 0.5 * texel, low + tile - 0.5 * texel, tile, texel, clamp(pos.z, 0.0, 1.0), gradient);
+}
+
+/// Where a sample is, and the depth that the surface has there.
+fn sample_place(area: Window, offset: vec2f) -> vec3f {
+    let uv = clamp(area.center + offset, area.low, area.high);
+    return vec3f(uv, clamp(area.depth + dot(area.gradient, (uv - area.center) / area.tile), 0.0, 1.0));
+}
+
+/// How many of the samples within a light's reach are in front of the surface, and their mean depth.
+fn find_blockers(area: Window, spread: f32) -> vec2f {
+    let search = max((1.0 - area.depth) * spread * area.tile, area.texel);
+    var count = 0.0;
+    var depth_sum = 0.0;
+    var turned = vec2f(1.0, 0.0);
+    for (var i = 0; i < BLOCKER_SAMPLES; i++) {
+        let place = sample_place(area, turned * (search * sqrt((f32(i) + 0.5) / f32(BLOCKER_SAMPLES))));
+        let found = textureLoad(atlas, vec2i(place.xy / area.texel), 0);
+        if found > place.z {
+            count += 1.0;
+            depth_sum += found;
+        }
+        turned = vec2f(dot(turned, GOLDEN_TURN.xy), dot(turned, GOLDEN_TURN.zw));
+    }
+    return vec2f(count, depth_sum / max(count, 1.0));
+}
+
+/// Percentage-closer soft shadow (Fernando 2005). Penumbras are as wide as blockers are apart from the receiver in depth, times
+/// a spread: for parallel light twice the tangent of the light's angular radius, since a tile is as deep as it is wide; the
+/// depth of spots is one of inverse distances, in which the law has the same form. What is around is compared with the plane of
+/// the surface, which would shadow itself otherwise. Samples lie on a spiral of Vogel (1979).
+fn percentage_closer_soft_shadow(area: Window, spread: f32) -> f32 {
+    let blockers = find_blockers(area, spread);
+    if blockers.x == 0.0 {
+        return textureSampleCompareLevel(atlas, atlas_sampler, area.center, area.depth);
+    }
+    let penumbra = max((blockers.y - area.depth) * spread * area.tile, area.texel);
+    var sum = 0.0;
+    var turned = vec2f(1.0, 0.0);
+    for (var i = 0; i < PENUMBRA_SAMPLES; i++) {
+        let place = sample_place(area, turned * (penumbra * sqrt((f32(i) + 0.5) / f32(PENUMBRA_SAMPLES))));
+        sum += textureSampleCompareLevel(atlas, atlas_sampler, place.xy, place.z);
+        turned = vec2f(dot(turned, GOLDEN_TURN.xy), dot(turned, GOLDEN_TURN.zw));
+    }
+    return sum / f32(PENUMBRA_SAMPLES);
+}
+
+/// A direction as a place sees it.
+struct Aim {
+    index: u32,
+    axes: Axes,
+    scale: f32,
+    pos_world: vec3f,
+    /// In the tile.
+    pos: vec3f,
+}
+
+fn has_casters(kind: u32) -> bool {
+    return (dome.served.z & (1u << kind)) != 0u;
+}
+
+fn axes_of(index: u32) -> Axes {
+    return unpack_axes(dome.views[index].axes_low, dome.views[index].axes_mid, dome.views[index].axes_high);
+}
+
+/// Towards the light of a direction from a place; w: how much of its light there is of what was measured.
+fn light_at(index: u32, axes: Axes, pos_world: vec3f) -> vec4f {
+#ifdef SPOTS
+    if dome.views[index].scale < 0.0 {
+        let offset = dome.views[index].center - pos_world;
+        let distance_squared = max(dot(offset, offset), 1e-8);
+        let measured_at = dome.views[index].measured_at;
+        let gain = select(1.0, min(measured_at * measured_at / distance_squared, NEAREST_GAIN), measured_at > 0.0);
+        return vec4f(offset * inverseSqrt(distance_squared), gain);
+    }
+#endif
+    return vec4f(axes.direction, 1.0);
+}
+
+/// The view of a direction, and where in it a place lies.
+fn aim(index: u32, axes: Axes, pos_world: vec3f) -> Aim {
+    let scale = dome.views[index].scale;
+#ifdef SPOTS
+    if scale < 0.0 {
+        let pos = project(dome.views[index], pos_world);
+        // What is behind a spot is outside its picture.
+        return Aim(index, axes, scale, pos_world, select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0));
+    }
+#endif
+    return Aim(index, axes, scale, pos_world, tile_position(axes, scale, pos_world - dome.views[index].center));
+}
+
+/// How the depth of a surface changes across a tile, per width of the tile to the right and down.
+fn depth_gradient(seen: Aim, normal: vec3f) -> vec2f {
+    let across = vec2f(dot(seen.axes.right, normal), -dot(seen.axes.up, normal));
+    var along = dot(seen.axes.direction, normal);
+    var steepness = -1.0;
+    if seen.scale < 0.0 {
+        along = dot(normal, dome.views[seen.index].center - seen.pos_world);
+        steepness = 2.0 * dome.views[seen.index].depth.x / seen.scale;
+    }
+    let gradient = across * (steepness / max(along, 1e-6));
+    return gradient * min(1.0, STEEPEST_GRADIENT / max(length(gradient), 1e-6));
+}
+
+/// 1 where casters of a kind let the light of a direction through, 0 where they block it; at a position in the tile that is at a
+/// surface or a little above.
+fn visibility(kind: u32, seen: Aim, pos: vec3f, normal: vec3f) -> f32 {
+    if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
+        return 1.0;
+    }
+    let corner = tile_corner(dome.views[seen.index].corners, kind);
+#ifdef FILTER_PCSS
+    return compare(corner, pos, depth_gradient(seen, normal));
+#else
+    return compare(corner, pos, vec2f(0.0));
+#endif
+}
+
+/// The same for the light of a key light.
+fn key_visibility(kind: u32, seen: Aim, pos: vec3f, normal: vec3f) -> f32 {
+    if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
+        return 1.0;
+    }
+    let corner = tile_corner(dome.views[seen.index].corners, kind);
+    let area = window(corner, dome.params.w, pos, depth_gradient(seen, normal));
+    return percentage_closer_soft_shadow(area, dome.views[seen.index].spread);
+}
+
+/// Whether virtual casters may block light of a key light.
+fn key_is_blocked(seen: Aim, normal: vec3f) -> bool {
+    if any(abs(seen.pos.xy) > vec2f(1.0)) {
+        return false;
+    }
+    let corner = tile_corner(dome.views[seen.index].corners, VIRTUAL_CASTERS);
+    let area = window(corner, dome.params.w, seen.pos, depth_gradient(seen, normal));
+    return find_blockers(area, dome.views[seen.index].spread).x > 0.0;
+}
+
+/// Position in the tile above a surface from which the surface does not shadow itself.
+fn above_surface(aim: Aim, normal: vec3f, cos_angle: f32) -> vec3f {
+    let sin_angle = sqrt(max(1.0 - cos_angle * cos_angle, 0.0));
+    // Half the tile's texels are one unit wide.
+    let texels = dome.params.x * select(1.0, dome.params.w, aim.index >= dome.served.w);
+    let units = (SELF_SHADOW_OFFSET + dome.params.y) * 2.0 / texels * (0.2 + 0.8 * sin_angle);
+#ifdef SPOTS
+    if aim.scale < 0.0 {
+        // A unit of a spot grows with the distance.
+        let offset = normal * (units * distance(dome.views[aim.index].center, aim.pos_world) / -aim.scale);
+        let pos = project(dome.views[aim.index], aim.pos_world + offset);
+        return select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0);
+    }
+#endif
+    let across = vec2f(dot(aim.axes.right, normal), dot(aim.axes.up, normal));
+    return aim.pos + vec3f(across, 0.5 * cos_angle) * units;
+}
