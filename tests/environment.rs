@@ -39,6 +39,9 @@ const MAX_PEAK: f64 = 1.05;
 /// Rounding of the picture to 8 bits, and one step for the engine's own table of GGX albedo (11 bits in half floats).
 const RENDERED_TOLERANCE: u8 = 1;
 
+/// Frames until an environment lights at the latest.
+const MOST_FRAMES: usize = 1000;
+
 fn cube(edge: usize, radiance: impl Fn(DVec3) -> DVec3) -> Image {
     filter_truth::cube(edge, &filter_truth::texels(edge, radiance))
 }
@@ -60,8 +63,16 @@ fn lit_app(source: Image) -> Option<(App, Entity, Handle<Image>)> {
         target,
     );
     let camera = app.world_mut().spawn(camera).id();
-    app.update();
-    app.update();
+    // Shaders are loaded in the background, which takes its time on a busy machine.
+    for _ in 0..MOST_FRAMES {
+        app.update();
+        match app.world().get::<EnvironmentState>(camera) {
+            Some(EnvironmentState::Live { refreshes: 0, .. } | EnvironmentState::Waiting) => {
+                std::thread::sleep(std::time::Duration::from_millis(2));
+            }
+            _ => break,
+        }
+    }
     Some((app, camera, picture))
 }
 

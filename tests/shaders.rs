@@ -69,6 +69,13 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             filtered.flat_map(|set| [set.clone(), [set.as_slice(), &[multisampled]].concat()]).collect()
         }
         Some("soft_edges.wgsl") => vec![vec![], vec![&["MULTISAMPLED"] as &[&str]]],
+        Some("filter_pass.wgsl") => {
+            let taps: [&[&str]; 2] = [
+                &["INNER_TAPS=5", "MIDDLE_TAPS=5", "OUTER_TAPS=0"],
+                &["INNER_TAPS=5", "MIDDLE_TAPS=7", "OUTER_TAPS=8"],
+            ];
+            taps.into_iter().map(|taps| vec![taps]).collect()
+        }
         Some("unwrap_pass.wgsl") => {
             let kinds: [&[&str]; 4] = [&[], &["BALL"], &["FISHEYE"], &["EQUIRECT"]];
             kinds.into_iter().map(|kind| vec![kind]).collect()
@@ -154,7 +161,11 @@ fn cache(app: &App) -> Cache {
 
 /// What is wrong with a shader under some definitions, if anything.
 fn complaint(cache: &mut Cache, id: AssetId<Shader>, defs: &[&str]) -> Option<String> {
-    let defs: Vec<ShaderDefVal> = defs.iter().map(|def| (*def).into()).collect();
+    let value = |def: &&str| match def.split_once('=') {
+        Some((name, value)) => ShaderDefVal::UInt(name.into(), value.parse().expect("definitions are numbers")),
+        None => (*def).into(),
+    };
+    let defs: Vec<ShaderDefVal> = defs.iter().map(value).collect();
     let error = cache.get(0, id, &defs).err()?;
     Some(match error {
         bevy::shader::ShaderCacheError::ProcessShaderError(error) => error.emit_to_string(&cache.composer),

@@ -2,7 +2,7 @@
 
 use super::{
     FilteredEnvironment, Refresh,
-    lobe::{self, MAX_TAPS},
+    lobe::{self, MAX_TAPS, TapSet},
     pipeline::{FilterPipelines, Step},
     refresh::Progress,
     source::SourceShape,
@@ -15,8 +15,9 @@ use bevy::{
         render_asset::RenderAssets,
         render_resource::{
             BindGroup, BindGroupEntry, BindingResource, Buffer, BufferDescriptor, BufferUsages,
-            CachedComputePipelineId, PipelineCache, ShaderType, StorageBuffer, Texture, TextureView,
-            TextureViewDescriptor, TextureViewDimension, TextureViewId, UniformBuffer,
+            CachedComputePipelineId, Extent3d, PipelineCache, ShaderType, Texture, TextureDescriptor, TextureDimension,
+            TextureFormat, TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension, TextureViewId,
+            UniformBuffer,
         },
         renderer::{RenderDevice, RenderQueue},
         texture::GpuImage,
@@ -39,12 +40,9 @@ const MIN_SUM_ALPHA: f64 = 0.2;
 
 /// Mirror of `Taps` in `filter_pass.wgsl`.
 #[derive(ShaderType, Clone)]
-pub(super) struct TapsBuffer {
-    count: u32,
-    coarsest_level: f32,
-    tail: f32,
+pub(super) struct TapsUniform {
+    shares: Vec4,
     places: [Vec4; MAX_TAPS],
-    shares: [Vec4; MAX_TAPS / 4],
 }
 
 #[derive(Resource, Default)]
@@ -226,7 +224,8 @@ impl FilterMaker<'_> {
         ));
         // Rougher levels first: they are tails of sharper ones.
         for level in (1..glossy.mip_level_count()).rev() {
-            dispatches.push(self.glossy_level(cube, pyramid, glossy, level, &blocks)?);
+            let cube_edge = cube.texture.width();
+            self.push_glossy_level(cube_edge, pyramid, glossy, level, &blocks, &mut dispatches)?;
         }
         let budget = match environment.refresh {
             Refresh::Budget { dispatches } => dispatches.max(1) as usize,
@@ -270,56 +269,88 @@ impl FilterMaker<'_> {
         }
     }
 
-    fn glossy_level(
+    fn push_glossy_level(
         &self,
-        cube: &GpuImage,
+        cube_edge: u32,
         pyramid: &GpuImage,
         glossy: &Texture,
         level: u32,
         blocks: &Buffer,
-    ) -> Option<Dispatch> {
+        dispatches: &mut Vec<Dispatch>,
+    ) -> Option<()> {
         let last = glossy.mip_level_count() - 1;
         let alpha = |level: u32| (f64::from(level) / f64::from(last)).powi(2);
         let edge = glossy.width() >> level;
         let output = texels(glossy, level);
         if level == last || edge <= MAX_SUM_EDGE && alpha(level) >= MIN_SUM_ALPHA {
-            let mut alpha = UniformBuffer::from(alpha(level) as f32);
-            alpha.set_label(Some("mirrorball_environment_alpha"));
-            alpha.write_buffer(self.device, self.queue);
-            let bindings = [(5, view(&output)), (12, alpha.binding()?), (14, blocks.as_entire_binding())];
-            return Some(self.dispatch(&self.pipelines.glossy_sum, &bindings, quad_groups(6 * quads(edge))));
+            let alpha = self.number("mirrorball_environment_alpha", alpha(level))?;
+            let bindings = [(5, view(&output)), (12, alpha.as_entire_binding()), (14, blocks.as_entire_binding())];
+            dispatches.push(self.dispatch(&self.pipelines.glossy_sum, &bindings, quad_groups(6 * quads(edge))));
+            return Some(());
         }
-        let lobe = lobe::fit(alpha(level), alpha(level + 1), lobe::rings(edge), cube.texture.width(), edge);
-        let mut taps = TapsBuffer {
-            count: lobe.taps.len() as u32,
-            coarsest_level: (pyramid.texture.mip_level_count() - 1) as f32,
-            tail: lobe.tail,
-            places: [Vec4::ZERO; MAX_TAPS],
-            shares: [Vec4::ZERO; MAX_TAPS / 4],
-        };
-        for (i, (place, share)) in lobe.taps.into_iter().enumerate() {
-            taps.places[i] = place;
-            taps.shares[i / 4][i % 4] = share;
-        }
-        let mut taps = StorageBuffer::from(taps);
-        taps.set_label(Some("mirrorball_environment_taps"));
-        taps.add_usages(BufferUsages::UNIFORM);
-        taps.write_buffer(self.device, self.queue);
+        let set = TapSet::for_edge(edge);
+        let lobe = lobe::fit(alpha(level), alpha(level + 1), set.rings(), cube_edge, edge);
         let whole = pyramid.texture.create_view(&TextureViewDescriptor {
             label: Some("mirrorball_environment_pyramid"),
             dimension: Some(TextureViewDimension::Cube),
             ..default()
         });
+        let sampler = BindingResource::Sampler(&pyramid.sampler);
+        let mut taps = TapsUniform { shares: lobe.shares, places: [Vec4::ZERO; MAX_TAPS] };
+        taps.places.iter_mut().zip(lobe.places).for_each(|(place, tap)| *place = tap.extend(0.0));
+        let mut evened = Vec::new();
+        for reading in &lobe.readings {
+            let texture = self.even_cube(reading.edge);
+            let sharpness_level = self.number("mirrorball_environment_sharpness_level", reading.level)?;
+            let even = texels(&texture, 0);
+            let bindings =
+                [(3, sampler.clone()), (4, view(&whole)), (5, view(&even)), (18, sharpness_level.as_entire_binding())];
+            dispatches.push(self.dispatch(&self.pipelines.even_out, &bindings, texel_groups(reading.edge)));
+            evened.push(cube_level(&texture, 0));
+        }
+        let mut taps = UniformBuffer::from(taps);
+        taps.set_label(Some("mirrorball_environment_taps"));
+        taps.write_buffer(self.device, self.queue);
         let rougher = cube_level(glossy, level + 1);
+        // A ring that a set does not have has no taps.
+        let even = |ring: usize| evened.get(ring).or(evened.last()).map(view);
         let bindings = [
-            (3, BindingResource::Sampler(&pyramid.sampler)),
-            (4, view(&whole)),
+            (3, sampler),
             (5, view(&output)),
             (6, taps.binding()?),
             (7, view(&rougher)),
-            (15, taps.binding()?),
+            (15, even(0)?),
+            (16, even(1)?),
+            (17, even(2)?),
         ];
-        Some(self.dispatch(&self.pipelines.glossy_taps, &bindings, texel_groups(edge)))
+        let step = match set {
+            TapSet::Few => &self.pipelines.few_taps,
+            TapSet::Many => &self.pipelines.many_taps,
+        };
+        dispatches.push(self.dispatch(step, &bindings, texel_groups(edge)));
+        Some(())
+    }
+
+    /// What the taps of a ring read.
+    fn even_cube(&self, edge: u32) -> Texture {
+        self.device.create_texture(&TextureDescriptor {
+            label: Some("mirrorball_environment_even"),
+            size: Extent3d { width: edge, height: edge, depth_or_array_layers: 6 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D2,
+            format: TextureFormat::Rgba16Float,
+            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING,
+            view_formats: &[],
+        })
+    }
+
+    /// A uniform of one number.
+    fn number(&self, label: &'static str, value: f64) -> Option<Buffer> {
+        let mut buffer = UniformBuffer::from(value as f32);
+        buffer.set_label(Some(label));
+        buffer.write_buffer(self.device, self.queue);
+        buffer.buffer().cloned()
     }
 
     fn resample(&self, shape: SourceShape, source: &GpuImage, cube: &Texture, viewpoint: &Buffer) -> Dispatch {

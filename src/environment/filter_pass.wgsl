@@ -1,5 +1,7 @@
 // Environment cube → irradiance and glossy maps, as Bevy's EnvironmentMapLight reads them. The double-precision
-// reference is in tests/environment.rs.
+// reference is in tests/filter_truth.
+//
+// Definitions: INNER_TAPS, MIDDLE_TAPS, OUTER_TAPS for `glossy_taps`.
 
 const PI: f32 = 3.14159265358979;
 /// Largest 16-bit float.
@@ -76,18 +78,12 @@ fn smooth_halve(@builtin(global_invocation_id) id: vec3u) {
 
 // --- convolve --------------------------------------------------------------------------------------------------------
 
-/// Mirror of `TapsBuffer` in filter.rs.
+/// Mirror of `TapsUniform` in filter.rs.
 struct Taps {
-    /// Taps in use.
-    count: u32,
-    /// The coarsest level of the pyramid; its level 0 has half the source's edge length.
-    coarsest_level: f32,
-    /// Share of the next rougher level.
-    tail: f32,
-    /// Direction relative to the normal (z), and level of the pyramid.
+    /// Of each tap, ring by ring; w: of the next rougher level.
+    shares: vec4f,
+    /// Directions relative to the normal (z), ring after ring.
     places: array<vec4f, 24>,
-    /// Shares of the taps, four by four.
-    shares: array<vec4f, 6>,
 }
 
 /// Part of the sphere, as light from one direction.
@@ -99,11 +95,14 @@ struct Block {
 }
 
 @group(0) @binding(4) var pyramid: texture_cube<f32>;
+/// What the taps of each ring read: the pyramid, equally sharp everywhere.
+@group(0) @binding(15) var inner: texture_cube<f32>;
+@group(0) @binding(16) var middle: texture_cube<f32>;
+@group(0) @binding(17) var outer: texture_cube<f32>;
+/// Level of the pyramid in the mean over a face.
+@group(0) @binding(18) var<uniform> sharpness_level: f32;
 @group(0) @binding(5) var output: texture_storage_2d_array<rgba16float, write>;
-/// The same twice: software Vulkan compiles a loop anew whenever a uniform that bounds it changes, here from level to level; but all
-/// else it reads faster from a uniform.
-@group(0) @binding(6) var<storage, read> bounds: Taps;
-@group(0) @binding(15) var<uniform> taps: Taps;
+@group(0) @binding(6) var<uniform> taps: Taps;
 @group(0) @binding(7) var rougher: texture_cube<f32>;
 @group(0) @binding(8) var<storage, read_write> blocks: array<Block>;
 /// The same for the sums, which all read one block at a time: as a uniform that is read once for many threads.
@@ -257,29 +256,55 @@ fn sharpest(@builtin(global_invocation_id) id: vec3u) {
     textureStore(output, id.xy, id.z, vec4f(textureLoad(finer, id.xy, id.z, 0).rgb, 1.0));
 }
 
-/// Radiance seen in a smooth GGX surface from straight above (normal = view): rings of taps into the pyramid, whose shares are
-/// fitted to the lobe (lobe.rs), and the next rougher level as its tail.
+/// The pyramid as a cube whose texels all cover the same angle, whatever their place on the face. One ring of taps reads it without
+/// a look at levels, and its second interpolation evens out where between texels a small lamp lies.
+@compute @workgroup_size(8, 8, 1)
+fn even_out(@builtin(global_invocation_id) id: vec3u) {
+    let edge = textureDimensions(output).x;
+    if any(id.xy >= vec2u(edge)) {
+        return;
+    }
+    let position = face_position(id.xy, edge);
+    // Texels are smaller towards the corners of a face: (2 ÷ edge)² times this, where π ÷ 6 is the mean.
+    let correction = -0.5 * log2(relative_angle(position) * (6.0 / PI));
+    let level = clamp(sharpness_level + correction, 0.0, f32(textureNumLevels(pyramid) - 1u));
+    let radiance = textureSampleLevel(pyramid, cube_sampler, face_direction(id.z, position), level).rgb;
+    textureStore(output, id.xy, id.z, vec4f(radiance, 1.0));
+}
+
+#ifdef INNER_TAPS
+/// Taps of each ring: what is known beforehand is unrolled, which software Vulkan runs twice as fast.
+const INNER_END: u32 = #{INNER_TAPS}u;
+const MIDDLE_END: u32 = INNER_END + #{MIDDLE_TAPS}u;
+const OUTER_END: u32 = MIDDLE_END + #{OUTER_TAPS}u;
+
+/// Sum over the taps from one place to another.
+fn ring(cube: texture_cube<f32>, start: u32, end: u32, axes: mat3x3f) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var i = start; i < end; i++) {
+        sum += textureSampleLevel(cube, cube_sampler, axes * taps.places[i].xyz, 0.0).rgb;
+    }
+    return sum;
+}
+
+/// Radiance seen in a smooth GGX surface from straight above (normal = view): rings of taps, whose shares are fitted to the lobe
+/// (lobe.rs), and the next rougher level as its tail.
 @compute @workgroup_size(8, 8, 1)
 fn glossy_taps(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(output).x;
     if any(id.xy >= vec2u(edge)) {
         return;
     }
-    let position = face_position(id.xy, edge);
-    let normal = face_direction(id.z, position);
+    let normal = face_direction(id.z, face_position(id.xy, edge));
     let tangent = normalize(cross(normal, select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.y) < 0.7)));
-    let bitangent = cross(normal, tangent);
-    // Texels are smaller towards the corners of a face: (2 ÷ edge)² times this, where π ÷ 6 is the mean.
-    let correction = -0.5 * log2(relative_angle(position) * (6.0 / PI));
-    var sum = textureSampleLevel(rougher, cube_sampler, normal, 0.0).rgb * taps.tail;
-    for (var i = 0u; i < bounds.count; i++) {
-        let tap = taps.places[i];
-        let dir = tangent * tap.x + bitangent * tap.y + normal * tap.z;
-        let level = clamp(tap.w + correction, 0.0, taps.coarsest_level);
-        sum += textureSampleLevel(pyramid, cube_sampler, dir, level).rgb * taps.shares[i / 4u][i % 4u];
-    }
+    let axes = mat3x3f(tangent, cross(normal, tangent), normal);
+    var sum = textureSampleLevel(rougher, cube_sampler, normal, 0.0).rgb * taps.shares.w;
+    sum += ring(inner, 0u, INNER_END, axes) * taps.shares.x;
+    sum += ring(middle, INNER_END, MIDDLE_END, axes) * taps.shares.y;
+    sum += ring(outer, MIDDLE_END, OUTER_END, axes) * taps.shares.z;
     textureStore(output, id.xy, id.z, vec4f(sum, 1.0));
 }
+#endif
 
 /// Added to alpha², times the squared spread of a block: what the blocks and the reader's interpolation widen, the kernel is
 /// narrower. Measured.

@@ -1,19 +1,29 @@
 //! The GGX lobe as a table of taps, for normal = view.
 
-use bevy::math::{DVec3, Vec4};
+use bevy::{
+    math::{DVec3, Vec3, Vec4},
+    shader::ShaderDefVal,
+};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Taps a level can have, as in `filter_pass.wgsl`.
 pub(super) const MAX_TAPS: usize = 24;
+/// Rings a level can have, whose taps are counted in `RING_DEFS`.
+const MAX_RINGS: usize = 3;
+const RING_DEFS: [&str; MAX_RINGS] = ["INNER_TAPS", "MIDDLE_TAPS", "OUTER_TAPS"];
 
-/// Standard deviation of what a trilinear lookup of the pyramid covers, in texels of its level: each level is a quadratic spline
-/// of the one above, and interpolated.
-const TAP_SPREAD: f64 = 0.65;
+/// Standard deviation of what a lookup of the pyramid covers, in texels of its level: each level is a quadratic spline of the one
+/// above, and interpolated.
+const LEVEL_SPREAD: f64 = 0.65;
 /// How much wider it is in the mean over all levels between two.
-const BETWEEN_LEVELS: f64 = 1.15;
-/// Variance that the reader's own interpolation adds, in squared texels of the level made. It is 1 ÷ 6 in the mean over all places
-/// between texels; a little more makes up for texels that are wider than high.
+const BETWEEN_LEVELS: f64 = 1.1;
+/// Variance that linear interpolation adds, in squared texels, in the mean over all places between them.
+const INTERPOLATION: f64 = 1.0 / 6.0;
+/// The same for the reader of the level made; a little more makes up for texels that are wider than high.
 const READER_VARIANCE: f64 = 0.3;
+
+/// Cubes that taps read have at least this edge length.
+const COARSEST_EDGE: u32 = 4;
 
 /// A ring of taps around the mirror direction.
 #[derive(Clone, Copy, Debug)]
@@ -31,23 +41,55 @@ impl Ring {
     }
 }
 
-/// For levels of many texels. Radii and spreads were found by a search for the least error of real rooms at alpha 0.04 in a
-/// simulation of the whole path; the shares are fitted for each level.
-const FEW: &[Ring] = &[Ring::new(4, 0.89, 0.688), Ring::new(4, 2.66, 1.362)];
+/// For levels of many texels. Radii and spreads were found by a search for the least error of real rooms at alpha 0.04, with no
+/// peak above 1.045 times the true one, in a simulation of the whole path; the shares are fitted for each level.
+const FEW: &[Ring] = &[Ring::new(5, 0.912, 0.671), Ring::new(5, 2.909, 1.231)];
 /// For levels of few texels, where an alpha is many texels of the source wide; from the same search at alpha 0.16.
-const MANY: &[Ring] = &[Ring::new(5, 0.574, 0.402), Ring::new(7, 1.389, 0.484), Ring::new(8, 2.573, 0.779)];
+const MANY: &[Ring] = &[Ring::new(5, 0.579, 0.515), Ring::new(7, 1.351, 0.633), Ring::new(8, 2.685, 0.846)];
 
-/// Taps for a level with this edge length.
-pub(super) fn rings(edge: u32) -> &'static [Ring] {
-    if edge > 32 { FEW } else { MANY }
+/// Which rings a level's taps lie on.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum TapSet {
+    Few,
+    Many,
+}
+
+impl TapSet {
+    /// For a level with this edge length.
+    pub(super) fn for_edge(edge: u32) -> Self {
+        if edge > 32 { Self::Few } else { Self::Many }
+    }
+
+    pub(super) fn rings(self) -> &'static [Ring] {
+        match self {
+            Self::Few => FEW,
+            Self::Many => MANY,
+        }
+    }
+
+    /// Definitions of the shader that reads them.
+    pub(super) fn shader_defs(self) -> Vec<ShaderDefVal> {
+        let count = |ring: usize| self.rings().get(ring).map_or(0, |ring| ring.taps as u32);
+        RING_DEFS.iter().enumerate().map(|(i, def)| ShaderDefVal::UInt((*def).into(), count(i))).collect()
+    }
 }
 
 /// What a lobe is made of.
 pub(super) struct Lobe {
-    /// Direction to the light relative to the normal (z), and level of the pyramid; and the tap's share.
-    pub(super) taps: Vec<(Vec4, f32)>,
-    /// Share of the next rougher level: the far tails of GGX are alike whatever their alpha. With it, all shares sum up to 1.
-    pub(super) tail: f32,
+    /// Directions to the light relative to the normal (z), ring after ring.
+    pub(super) places: Vec<Vec3>,
+    /// Of a tap of each ring; w: of the next rougher level, since the far tails of GGX are alike whatever their alpha. All together are 1.
+    pub(super) shares: Vec4,
+    /// What the taps of each ring read.
+    pub(super) readings: Vec<Reading>,
+}
+
+/// A cube that taps read, made from the pyramid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reading {
+    pub(super) edge: u32,
+    /// Level of the pyramid that it shows; 0 is half the source's edge length.
+    pub(super) level: f64,
 }
 
 /// The kernel of the glossy maps by the angle to the light, without its norm.
@@ -62,11 +104,24 @@ pub(super) fn fit(alpha: f64, rougher: f64, rings: &[Ring], source_edge: u32, ed
     const STEPS: usize = 2048;
     const AZIMUTHS: usize = 48;
     let texel = |edge: f64| (4.0 * PI / 6.0).sqrt() / edge;
-    let finest = TAP_SPREAD * texel(0.5 * f64::from(source_edge));
-    let levels: Vec<f64> = rings.iter().map(|ring| (ring.spread * alpha / finest).log2().max(0.0)).collect();
-    let ring_profile = |ring: &Ring, level: f64, angle: f64| {
-        let variance =
-            (BETWEEN_LEVELS * finest * level.exp2()).powi(2) + READER_VARIANCE * texel(f64::from(edge)).powi(2);
+    let finest = LEVEL_SPREAD * texel(0.5 * f64::from(source_edge));
+    // The coarsest cube that is fine enough, and the level at which it is as spread as the ring asks for.
+    let readings: Vec<Reading> = rings
+        .iter()
+        .map(|ring| {
+            let spread = ring.spread * alpha;
+            let mut edge = COARSEST_EDGE;
+            while texel(f64::from(edge)) > spread && 2 * edge < source_edge {
+                edge *= 2;
+            }
+            let variance = spread.powi(2) - INTERPOLATION * texel(f64::from(edge)).powi(2);
+            Reading { edge, level: (variance.max(finest.powi(2)).sqrt() / finest).log2() }
+        })
+        .collect();
+    let ring_profile = |ring: &Ring, reading: &Reading, angle: f64| {
+        let variance = (BETWEEN_LEVELS * finest * reading.level.exp2()).powi(2)
+            + INTERPOLATION * texel(f64::from(reading.edge)).powi(2)
+            + READER_VARIANCE * texel(f64::from(edge)).powi(2);
         let radius = ring.radius * alpha;
         let spots = (0..AZIMUTHS).map(|i| {
             let azimuth = TAU * i as f64 / AZIMUTHS as f64;
@@ -84,25 +139,23 @@ pub(super) fn fit(alpha: f64, rougher: f64, rings: &[Ring], source_edge: u32, ed
     };
     let target = normalized(&|angle| ggx(alpha, angle));
     let mut parts: Vec<Vec<f64>> =
-        rings.iter().zip(&levels).map(|(ring, level)| normalized(&|angle| ring_profile(ring, *level, angle))).collect();
+        rings.iter().zip(&readings).map(|(ring, from)| normalized(&|angle| ring_profile(ring, from, angle))).collect();
     parts.push(normalized(&|angle| ggx(rougher, angle)));
     let weights: Vec<f64> = angles.iter().map(|angle| angle.sin()).collect();
     let shares = least_squares(&parts, &target, &weights);
     let sum: f64 = shares.iter().sum();
-    let mut taps = Vec::new();
-    for (i, (ring, level)) in rings.iter().zip(&levels).enumerate() {
+    let mut lobe = Lobe { places: Vec::new(), shares: Vec4::ZERO, readings };
+    for (i, ring) in rings.iter().enumerate() {
         let (sin, cos) = (ring.radius * alpha).sin_cos();
-        for k in 0..ring.taps {
+        lobe.places.extend((0..ring.taps).map(|k| {
             // Every other ring is turned by half a step, so that taps do not line up.
             let (y, x) = (TAU * (k as f64 + 0.5 * i as f64) / ring.taps as f64).sin_cos();
-            let place = DVec3::new(sin * x, sin * y, cos).as_vec3().extend(*level as f32);
-            let share = shares[i] / sum / ring.taps as f64;
-            if share > 0.0 {
-                taps.push((place, share as f32));
-            }
-        }
+            DVec3::new(sin * x, sin * y, cos).as_vec3()
+        }));
+        lobe.shares[i] = (shares[i] / sum / ring.taps as f64) as f32;
     }
-    Lobe { taps, tail: (shares[rings.len()] / sum) as f32 }
+    lobe.shares.w = (shares[rings.len()] / sum) as f32;
+    lobe
 }
 
 /// The shares ≥ 0 of `parts` whose sum is nearest to `target`: the most negative one is left out until there is none.
@@ -147,15 +200,24 @@ fn solve(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
 mod tests {
     use super::*;
 
+    /// Taps with their shares.
+    fn taps(lobe: &Lobe, set: TapSet) -> Vec<(Vec3, f32)> {
+        let shares = set.rings().iter().enumerate().flat_map(|(i, ring)| vec![lobe.shares[i]; ring.taps]);
+        lobe.places.iter().copied().zip(shares).collect()
+    }
+
     #[test]
     fn taps_are_unit_vectors_above_the_horizon_around_the_normal() {
         for (alpha, rougher, edge) in [(0.04, 0.16, 64), (0.16, 0.36, 32), (0.028, 0.11, 128)] {
-            let lobe = fit(alpha, rougher, rings(edge), 2 * edge.max(64), edge);
-            assert!((1..=MAX_TAPS).contains(&lobe.taps.len()));
-            let sum: f32 = lobe.taps.iter().map(|tap| tap.1).sum();
-            assert!((sum + lobe.tail - 1.0).abs() < 1e-5 && lobe.tail >= 0.0);
-            let mean: bevy::math::Vec3 = lobe.taps.iter().map(|tap| tap.0.truncate() * tap.1).sum();
-            assert!(lobe.taps.iter().all(|tap| tap.0.z > 0.0 && (tap.0.truncate().length() - 1.0).abs() < 1e-6));
+            let set = TapSet::for_edge(edge);
+            let lobe = fit(alpha, rougher, set.rings(), 2 * edge.max(64), edge);
+            let taps = taps(&lobe, set);
+            assert!((1..=MAX_TAPS).contains(&taps.len()) && lobe.places.len() == taps.len());
+            assert!(lobe.readings.len() <= MAX_RINGS && lobe.readings.iter().all(|reading| reading.level >= 0.0));
+            let sum: f32 = taps.iter().map(|tap| tap.1).sum();
+            assert!((sum + lobe.shares.w - 1.0).abs() < 1e-5 && lobe.shares.min_element() >= 0.0);
+            let mean: Vec3 = taps.iter().map(|tap| tap.0 * tap.1).sum();
+            assert!(taps.iter().all(|tap| tap.0.z > 0.0 && (tap.0.length() - 1.0).abs() < 1e-6));
             assert!(mean.truncate().length() < 1e-3, "leans to a side: {mean}");
         }
     }
@@ -179,9 +241,9 @@ mod tests {
             });
             moment / weight
         };
-        let lobe = fit(0.16, 0.36, rings(32), 128, 32);
-        let taps: f64 = lobe.taps.iter().map(|tap| f64::from(tap.0.z * tap.1)).sum();
-        let mean = taps + f64::from(lobe.tail) * mean_cosine(0.36);
+        let lobe = fit(0.16, 0.36, MANY, 128, 32);
+        let taps: f64 = taps(&lobe, TapSet::Many).iter().map(|tap| f64::from(tap.0.z * tap.1)).sum();
+        let mean = taps + f64::from(lobe.shares.w) * mean_cosine(0.36);
         assert!((mean - mean_cosine(0.16)).abs() < 0.02, "{mean} instead of {}", mean_cosine(0.16));
     }
 }

@@ -7,7 +7,9 @@
 //! The diffuse map is the cosine-weighted sum of all light and the rough glossy levels are whole sums of GGX, both over 6·8²
 //! blocks at their energy centroids. The sharp levels are rings of taps into a pyramid of splines (after Manson & Sloan 2016,
 //! *Fast Filtering of Reflection Probes*) whose shares are fitted to the lobe for each level, and a share of the next rougher
-//! level: the far tails of GGX are alike whatever the roughness. All are free of noise. [`Refresh`] says when they are made anew.
+//! level: the far tails of GGX are alike whatever the roughness. Each ring reads a cube of its own, the pyramid made equally sharp
+//! everywhere: that takes the search for levels out of the taps, and small lamps show no more of where between texels they lie. All are
+//! free of noise. [`Refresh`] says when they are made anew.
 //!
 //! # Cost
 //! For each refresh, beside those of Bevy's `GeneratedEnvironmentMapLight` (read in its sources), which does this every frame:
@@ -15,10 +17,10 @@
 //! | | ours, 128² | Bevy, 128² | ours, 256² | Bevy, 256² |
 //! |---|---|---|---|---|
 //! | texels loaded | 0.12 M | 0.2 M | 0.42 M | 0.8 M |
-//! | filtered lookups | 0.38 M | 7.7 M | 1.37 M | 12.1 M |
+//! | filtered lookups | 0.47 M | 7.7 M | 1.75 M | 12.1 M |
 //! | products of a block and a lobe | 1.95 M | – | 1.95 M | – |
-//! | dispatches | 12 | 12 | 14 | 13 |
-//! | bytes written | 1.4 MB | 2.1 MB | 5.3 MB | 8.4 MB |
+//! | dispatches | 17 | 12 | 21 | 13 |
+//! | bytes written | 1.7 MB | 2.1 MB | 6.4 MB | 8.4 MB |
 //! | bind groups made | 0 | all | 0 | all |
 //!
 //! Nothing is allocated for a refresh; bind groups, tables and buffers are made when a source arrives or changes its size.

@@ -1,6 +1,6 @@
 //! Layouts and pipelines of the environment filter.
 
-use super::filter::TapsBuffer;
+use super::{filter::TapsUniform, lobe::TapSet};
 use bevy::{
     asset::load_embedded_asset,
     prelude::*,
@@ -8,10 +8,11 @@ use bevy::{
         BindGroupLayoutDescriptor, BindGroupLayoutEntryBuilder, CachedComputePipelineId, ComputePipelineDescriptor,
         PipelineCache, SamplerBindingType, ShaderStages, StorageTextureAccess, TextureFormat, TextureSampleType,
         binding_types::{
-            sampler, storage_buffer_read_only, storage_buffer_sized, texture_2d, texture_2d_array, texture_cube,
-            texture_storage_2d_array, uniform_buffer, uniform_buffer_sized,
+            sampler, storage_buffer_sized, texture_2d, texture_2d_array, texture_cube, texture_storage_2d_array,
+            uniform_buffer, uniform_buffer_sized,
         },
     },
+    shader::ShaderDefVal,
 };
 
 /// A pipeline and the layout of its only bind group.
@@ -28,7 +29,9 @@ pub(super) struct FilterPipelines {
     pub(super) gather_blocks: Step,
     pub(super) diffuse: Step,
     pub(super) sharpest: Step,
-    pub(super) glossy_taps: Step,
+    pub(super) even_out: Step,
+    pub(super) few_taps: Step,
+    pub(super) many_taps: Step,
     pub(super) glossy_sum: Step,
     pub(super) resample_equirect: Step,
     pub(super) resample_cube: Step,
@@ -46,7 +49,9 @@ pub(super) fn init_filter_pipelines(
     let blocks = storage_buffer_sized(false, None);
     let summands = uniform_buffer_sized(false, None);
     let shader = load_embedded_asset!(asset_server.as_ref(), "filter_pass.wgsl");
-    let step = |entry_point: &'static str, bindings: &[(u32, BindGroupLayoutEntryBuilder)]| {
+    let step_with = |entry_point: &'static str,
+                     bindings: &[(u32, BindGroupLayoutEntryBuilder)],
+                     shader_defs: Vec<ShaderDefVal>| {
         let entries: Vec<_> =
             bindings.iter().map(|(binding, entry)| entry.build(*binding, ShaderStages::COMPUTE)).collect();
         let layout = BindGroupLayoutDescriptor::new(format!("mirrorball_environment_{entry_point}_layout"), &entries);
@@ -54,13 +59,21 @@ pub(super) fn init_filter_pipelines(
             label: Some(format!("mirrorball_environment_{entry_point}").into()),
             layout: vec![layout.clone()],
             shader: shader.clone(),
+            shader_defs,
             entry_point: Some(entry_point.into()),
             ..default()
         });
         Step { id, layout }
     };
-    let taps = storage_buffer_read_only::<TapsBuffer>(false);
-    let places = uniform_buffer::<TapsBuffer>(false);
+    let step = |entry_point: &'static str, bindings: &[(u32, BindGroupLayoutEntryBuilder)]| {
+        step_with(entry_point, bindings, Vec::new())
+    };
+    let taps = |set: TapSet| {
+        let places = uniform_buffer::<TapsUniform>(false);
+        let bindings = [(3, filtering), (5, output), (6, places), (7, cube), (15, cube), (16, cube), (17, cube)];
+        step_with("glossy_taps", &bindings, set.shader_defs())
+    };
+    let number = uniform_buffer::<f32>(false);
     let viewpoint = uniform_buffer::<Vec4>(false);
     let equirect = texture_2d(TextureSampleType::Float { filterable: false });
     commands.insert_resource(FilterPipelines {
@@ -70,8 +83,10 @@ pub(super) fn init_filter_pipelines(
         gather_blocks: step("gather_blocks", &[(0, texels), (8, blocks)]),
         diffuse: step("diffuse", &[(5, output), (14, summands)]),
         sharpest: step("sharpest", &[(0, texels), (5, output)]),
-        glossy_taps: step("glossy_taps", &[(3, filtering), (4, cube), (5, output), (6, taps), (7, cube), (15, places)]),
-        glossy_sum: step("glossy_sum", &[(5, output), (12, uniform_buffer::<f32>(false)), (14, summands)]),
+        even_out: step("even_out", &[(3, filtering), (4, cube), (5, output), (18, number)]),
+        few_taps: taps(TapSet::Few),
+        many_taps: taps(TapSet::Many),
+        glossy_sum: step("glossy_sum", &[(5, output), (12, number), (14, summands)]),
         resample_equirect: step("resample_equirect", &[(1, output), (9, equirect), (13, viewpoint)]),
         resample_cube: step("resample_cube", &[(1, output), (10, cube), (11, filtering), (13, viewpoint)]),
     });
