@@ -26,6 +26,10 @@
 //!   measure as the marker, and its faces look at different lamps.
 //! - A dark ball ([`LightProbeSphere::is_dark`](crate::probe::LightProbeSphere::is_dark), K 3.1.6) shows in the same picture what the
 //!   bright one clips: how bright each piece is and how its light is spread. What it clips too remains a lower bound.
+//! - A [`ShorterExposure`] of the same desk shows the same in the bright ball itself (after Debevec & Malik 1997). Of several views of a
+//!   piece the brightest that does not clip it counts. A picture whose paper is not as dark as its exposure says, by a quarter or
+//!   more, shows other light and is ignored. On a ray-traced desk with lamps 90, 18 and 4 times white, and nothing but the
+//!   marker's paper beside the ball, their errors go from −42, +200 and +113 % to +2, 0 and −3 % with exposures of 1/8 and 1/125.
 //!
 //! # Near lamps
 //! A lamp two metres away lights the near edge of a desk by a third more than the far one, and its shadows fan out. The strongest
@@ -74,7 +78,7 @@
 
 mod albedos;
 mod camera_match;
-mod dark_ball;
+mod darker_view;
 mod desk_picture;
 mod equations;
 mod find;
@@ -94,7 +98,7 @@ mod solved_light;
 mod triangulate;
 
 pub use camera_match::{CameraMatch, match_cameras};
-pub use desk_picture::DeskPicture;
+pub use desk_picture::{DeskPicture, ShorterExposure};
 pub use find::FoundLight;
 pub use meter::{MirrorBall, Paper};
 pub use ray_cast::PhantomSolid;

@@ -213,6 +213,7 @@ pub(super) fn recover_lights(
             camera_from_world: world_from_camera.inverse(),
             ball: ball(probe, transform),
             other_balls: others,
+            shorter_exposures: Vec::new(),
             papers,
             phantoms: desk.solids.clone(),
             max_gain: recovery.max_gain,
@@ -266,7 +267,7 @@ fn publish(commands: &mut Commands, entity: Entity, solver: &mut Solver, answer:
     entity.insert(RecoveredLight { sequence, light: Arc::new(light), is_solved, lights, cpu_time });
 }
 
-/// Whether enough of the desk was seen and explained, or a darker ball shows the lamps.
+/// Whether enough of the desk was seen and explained, or a darker view shows the lamps.
 fn is_trusted(light: &SolvedLight) -> bool {
     let is_desk_seen = light.points >= light.paper_points + LEAST_POINTS && light.residual <= MOST_RESIDUAL;
     is_desk_seen || light.dark_readings > light.regions.len() / 2
