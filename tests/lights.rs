@@ -4,7 +4,7 @@ mod shared_data;
 mod traced_desk;
 mod truth;
 
-use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
+use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*, time::TimeUpdateStrategy};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     environment::{EquirectPixels, equirect_direction},
@@ -15,9 +15,9 @@ use bevy_mirrorball::{
     prelude::*,
     probe::{BallSurface, ClipEvidence, ClipRecovery, ProbePlugin},
     stage::StagePlugin,
-    tracking::TrackingPlugin,
+    tracking::{DetectedMarker, LumaView, MarkerDetection, MarkerDetector, TrackingPlugin},
 };
-use std::{path::Path, sync::Arc};
+use std::{path::Path, sync::Arc, time::Duration};
 use traced_desk::{Lamp, Tent, TracedDesk};
 use truth::{ROOMS, TrueSky, desk_picture, phantom_meshes, sidecar, vector};
 
@@ -340,16 +340,20 @@ impl Series {
         Self { alone: desk.picture(), desk }
     }
 
+    fn lamps_off(&self, solved: &SolvedLight) -> [f32; 3] {
+        Self::LAMPS.map(|(dir, radiance)| {
+            let lamp = std::f32::consts::PI * Self::RADIUS.sin().powi(2) * radiance.element_sum() / 3.0;
+            let truth = (lamp + self.desk.sky_around(dir, 15_f32.to_radians())) * self.desk.exposure();
+            irradiance_from(solved, dir.normalize()) / truth - 1.0
+        })
+    }
+
     /// How far off each lamp is, and the worst of eight surfaces.
     fn off(&self, shorter_exposures: Vec<ShorterExposure>) -> ([f32; 3], f32) {
         let exposures: Vec<f32> = shorter_exposures.iter().map(|shorter| shorter.exposure).collect();
         let picture = DeskPicture { shorter_exposures, ..self.alone.clone() };
         let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
-        let lamps = Self::LAMPS.map(|(dir, radiance)| {
-            let lamp = std::f32::consts::PI * Self::RADIUS.sin().powi(2) * radiance.element_sum() / 3.0;
-            let truth = (lamp + self.desk.sky_around(dir, 15_f32.to_radians())) * self.desk.exposure();
-            irradiance_from(&solved, dir.normalize()) / truth - 1.0
-        });
+        let lamps = self.lamps_off(&solved);
         let surfaces = normals().map(|normal| {
             let truth = self.desk.irradiance_from_above(normal);
             ((irradiance_from_above(&solved, normal) - truth) / truth).abs().max_element()
@@ -383,6 +387,75 @@ fn a_series_of_exposures_tells_how_bright_each_lamp_is_without_the_desk() {
     let camera_from_world = Some(elsewhere.picture().camera_from_world);
     let shorter = [0.008, 0.125].map(|exposure| ShorterExposure { camera_from_world, ..elsewhere.shorter(exposure) });
     series.assert_told(shorter.to_vec());
+}
+
+/// Finds the marker where it is known to be.
+struct KnownMarker(DetectedMarker);
+
+impl KnownMarker {
+    fn of(picture: &DeskPicture) -> MarkerDetection {
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| {
+            let pos_camera = picture.camera_from_world.transform_point3(0.05 * Vec3::new(x, 0.0, z));
+            picture.intrinsics.project(pos_camera).expect("is in view").as_dvec2()
+        });
+        MarkerDetection::new(Self(DetectedMarker { id: 0, corners, corrected_bits: 0 }))
+    }
+}
+
+impl MarkerDetector for KnownMarker {
+    fn detect(&mut self, _picture: LumaView, _decimation: f32) -> Vec<DetectedMarker> {
+        vec![self.0.clone()]
+    }
+}
+
+#[test]
+fn shorter_exposures_of_a_feed_tell_a_game_how_bright_its_lamps_are() {
+    let series = Series::new();
+    let picture = &series.alone;
+    let mut app = App::new();
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(100)))
+        .insert_resource(KnownMarker::of(picture))
+        .add_plugins((MinimalPlugins, AssetPlugin::default(), TransformPlugin, CameraPlugin, TrackingPlugin))
+        .init_asset::<bevy::shader::Shader>()
+        .init_asset::<Mesh>()
+        .init_asset::<Image>()
+        .add_plugins((StagePlugin, ProbePlugin, LightingPlugin));
+    let feed = |frame: &Arc<FramePixels>| CameraFeed::pixels(frame.clone()).with_pace(FeedPace::Lockstep);
+    let camera = app.world_mut().spawn((ArCamera::new(picture.intrinsics), feed(&picture.frame))).id();
+    app.world_mut().spawn((MarkerAnchor::new(0, 0.1), WorldOrigin));
+    let MirrorBall { center, radius, reflectance, .. } = picture.ball;
+    let probe = LightProbeSphere { radius, reflectance, ..default() };
+    let probe = app.world_mut().spawn((probe, Transform::from_translation(center))).id();
+    let off = |app: &App| {
+        let light = app.world().get::<RecoveredLight>(probe).expect("ball and paper are in view");
+        (light.is_solved, series.lamps_off(&light.light))
+    };
+    app.update();
+    app.update();
+    let (is_solved, without) = off(&app);
+    println!("lamps without shorter exposures {without:+.3?}, solved {is_solved}");
+    assert!(!is_solved, "flat paper alone tells too little");
+    let shown = app.world().get::<CameraFrame>(camera).expect("is shown").sequence;
+    for exposure in [0.008, 0.125] {
+        let shorter = series.desk.shorter(exposure);
+        app.world_mut().entity_mut(camera).insert(feed(&shorter.frame).with_exposure(exposure));
+        app.update();
+        assert_eq!(app.world().get::<CameraFrame>(camera).expect("is shown").sequence, shown);
+    }
+    assert_eq!(off(&app), (false, without), "they count with the next picture");
+    app.world_mut().entity_mut(camera).insert(feed(&picture.frame));
+    app.update();
+    app.update();
+    let (is_solved, with) = off(&app);
+    println!("lamps with shorter exposures {with:+.3?}");
+    assert!(is_solved && with.iter().all(|off| off.abs() <= SERIES_LAMP_TOLERANCE));
+    // Once they are old, they tell nothing.
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs(60)));
+    app.update();
+    app.world_mut().entity_mut(camera).insert(feed(&picture.frame));
+    app.update();
+    app.update();
+    assert_eq!(off(&app), (false, without));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::{
     DeskPicture, FoundLight, MirrorBall, Paper, PhantomSolid, SelfCheck, SolvedLight, SolverCache, self_check,
-    solve::unsolved_light, solve_light,
+    series::SeenExposures, solve::unsolved_light, solve_light,
 };
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
@@ -98,6 +98,7 @@ struct Occasion {
     recovery: ClipRecovery,
     center: Vec3,
     gain: Vec3,
+    exposures: Vec<f32>,
 }
 
 struct Answer {
@@ -131,7 +132,7 @@ type SolvedProbe = (
     &'static ClipRecovery,
     &'static GlobalTransform,
     &'static ProbeMeasurement,
-    Option<&'static mut Solver>,
+    Option<(&'static mut Solver, &'static SeenExposures)>,
     Has<ClipGains>,
     Option<&'static RecoveredLight>,
 );
@@ -155,8 +156,8 @@ pub(super) fn recover_lights(
         if probe.is_dark() {
             continue;
         }
-        let Some(mut solver) = solver else {
-            commands.entity(entity).insert(Solver::default());
+        let Some((mut solver, seen)) = solver else {
+            commands.entity(entity).insert((Solver::default(), SeenExposures::default()));
             continue;
         };
         if let Some(answer) = solver.running.as_mut().and_then(check_ready) {
@@ -174,6 +175,7 @@ pub(super) fn recover_lights(
             .filter(|(other, _, sequence)| *other != entity && *sequence == frame.sequence)
             .map(|(_, ball, _)| *ball)
             .collect();
+        let shorter_exposures = seen.exposures(transform);
         let occasion = Occasion {
             others: others.clone(),
             sequence: frame.sequence,
@@ -182,6 +184,7 @@ pub(super) fn recover_lights(
             recovery: *recovery,
             center: transform.translation(),
             gain: measurement.gain,
+            exposures: shorter_exposures.iter().map(|shorter| shorter.exposure).collect(),
         };
         if solver.asked.as_ref() == Some(&occasion) {
             continue;
@@ -213,7 +216,7 @@ pub(super) fn recover_lights(
             camera_from_world: world_from_camera.inverse(),
             ball: ball(probe, transform),
             other_balls: others,
-            shorter_exposures: Vec::new(),
+            shorter_exposures,
             papers,
             phantoms: desk.solids.clone(),
             max_gain: recovery.max_gain,
