@@ -73,16 +73,11 @@ impl SeenExposures {
             seen.camera_from_probe.get_or_insert_with(|| between(before, picture, seen.frame.captured));
         }
         self.frames.retain(|seen| seen.frame.captured.abs_diff(picture.captured) <= LONGEST_AGE);
-        let is_replaced = |frames: &[SeenExposure], i: usize| {
-            let newer = |newer: &SeenExposure| {
-                newer.camera_from_probe.is_some()
-                    && newer.frame.captured > frames[i].frame.captured
-                    && newer.frame.is_same_exposure(&frames[i].frame)
-            };
-            frames.iter().any(newer)
-        };
-        let mut kept = (0..self.frames.len()).map(|i| !is_replaced(&self.frames, i)).collect::<Vec<_>>().into_iter();
-        self.frames.retain(|_| kept.next().unwrap_or(true));
+        let placed: Vec<ShorterFrame> =
+            self.frames.iter().filter(|seen| seen.camera_from_probe.is_some()).map(|seen| seen.frame.clone()).collect();
+        self.frames.retain(|SeenExposure { frame, .. }| {
+            !placed.iter().any(|newer| newer.captured > frame.captured && newer.is_same_exposure(frame))
+        });
     }
 
     /// What is known of the newest picture's moment.

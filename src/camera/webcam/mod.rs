@@ -36,6 +36,7 @@ mod devices;
 mod format;
 mod jpeg;
 mod series;
+mod stream;
 #[cfg(all(test, target_os = "linux"))]
 mod live_tests;
 #[cfg(not(target_os = "linux"))]
@@ -45,5 +46,6 @@ mod source;
 #[path = "v4l2/mod.rs"]
 mod source;
 
-pub(super) use capture::{Captured, Webcam, WebcamStatus};
+pub(super) use capture::Webcam;
 pub use devices::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
+pub(super) use stream::{Captured, WebcamStatus};

@@ -3,10 +3,10 @@
 //! Not tested on these systems; the same code takes pictures on Linux.
 
 use super::{
-    capture::WebcamStream,
     decode::RawPicture,
     devices::{DeviceExposure, DeviceInfo, DeviceOptions},
     format::{FrameRate, Mode, PixelFormat, choose},
+    stream::WebcamStream,
 };
 use bevy::prelude::*;
 use nokhwa::{

@@ -7,10 +7,10 @@ mod exposure;
 mod modes;
 
 use super::{
-    capture::WebcamStream,
     decode::RawPicture,
     devices::{DeviceInfo, DeviceOptions},
     format::{FrameRate, choose},
+    stream::WebcamStream,
 };
 use bevy::prelude::*;
 use errors::{describe, title};
