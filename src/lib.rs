@@ -68,7 +68,8 @@
 //! - *No shadows:* a [`ShadowDomeLight`](shadows::ShadowDomeLight) has to exist, the desk has to be a
 //!   [`PhantomObject`](stage::PhantomObject), and casters must not have `NotShadowCaster`.
 //! - *Lights are colored oddly or too strong:* lower the camera's exposure until few pixels of the ball are clipped
-//!   ([`ProbeMeasurement::clipped_share`](probe::ProbeMeasurement::clipped_share)).
+//!   ([`ProbeMeasurement::clipped_share`](probe::ProbeMeasurement::clipped_share)), or give
+//!   [shorter exposures](camera::ShorterFrames) beside it.
 
 // In the order of the data flow.
 pub mod camera;

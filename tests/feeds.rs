@@ -10,7 +10,7 @@ use bevy::{
     time::TimeUpdateStrategy,
 };
 use bevy_mirrorball::{
-    camera::{CameraPlugin, Clip, FeedState, FeedStatistics, FramePixels},
+    camera::{CameraPlugin, Clip, FeedState, FeedStatistics, FramePixels, ShorterFrames},
     offscreen,
     prelude::*,
     tracking::{DetectedMarker, DetectedMarkers, LumaView, MarkerDetection, MarkerDetector, TrackingPlugin},
@@ -105,6 +105,79 @@ fn a_slow_game_sees_the_newest_picture_and_counts_the_others() {
     assert!((statistics.capture_rate - 10.0).abs() < 0.5, "{statistics:?}");
 }
 
+/// Shorter exposures beside a camera: each with its brightness.
+fn shorter(app: &App, camera: Entity) -> Vec<(f32, u8)> {
+    let frames = app.world().get::<ShorterFrames>(camera);
+    frames.iter().flat_map(|frames| frames.iter()).map(|frame| (frame.exposure, frame.pixels.rgb8(3, 3)[1])).collect()
+}
+
+/// Two usual pictures, a quarter of their exposure, a usual one and a tenth, again and again.
+fn write_series(name: &str) -> PathBuf {
+    let sidecar = r#"{"image": [8, 6], "fps": 10, "exposures": [1, 1, 0.25, 1, 0.1]}"#;
+    let grays: Vec<(String, u8)> = (0..10).map(|i| (format!("{i}.png"), 10 * i)).collect();
+    let grays: Vec<(&str, u8)> = grays.iter().map(|(name, gray)| (name.as_str(), *gray)).collect();
+    write_clip(name, sidecar, &grays)
+}
+
+#[test]
+fn shorter_exposures_of_a_clip_are_kept_beside_the_camera_and_never_shown() {
+    let mut app = player();
+    let feed = CameraFeed::clip(write_series("series")).with_pace(FeedPace::Lockstep);
+    let camera = app.world_mut().spawn((ArCamera::default(), feed)).id();
+    let mut seen = Vec::new();
+    for expected in [0, 10, 30, 50, 60, 80, 0] {
+        app.update();
+        assert_eq!(gray(&app, camera), Some(expected));
+        seen.push(shorter(&app, camera));
+    }
+    assert_eq!(seen[1], []);
+    assert_eq!(seen[2], [(0.25, 20)]);
+    assert_eq!(seen[4], [(0.25, 20), (0.1, 40)]);
+    assert_eq!(seen[6], [(0.25, 70), (0.1, 90)], "the newest of each, in the order of their arrival");
+    let statistics = statistics(&app, camera);
+    assert_eq!((statistics.pictures, statistics.shorter, statistics.dropped), (7, 4, 0));
+    let captured: Vec<_> =
+        app.world().get::<ShorterFrames>(camera).expect("arrived").iter().map(|f| f.captured).collect();
+    assert_eq!(captured, [700, 900].map(Duration::from_millis), "the recording's own time");
+}
+
+#[test]
+fn a_slow_game_sees_the_newest_picture_of_each_exposure_and_only_usual_ones_count_as_dropped() {
+    let mut app = player();
+    // Two fifths of the pictures of a second are short ones.
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(1000)));
+    let camera = app.world_mut().spawn((ArCamera::default(), CameraFeed::clip(write_series("slow_series")))).id();
+    assert!(update_until(&mut app, |app| statistics(app, camera).pictures >= 6));
+    let statistics = statistics(&app, camera);
+    // A picture may be decoded over several updates.
+    assert_eq!(shorter(&app, camera).len(), 2);
+    assert!([30, 80, 50, 0].contains(&gray(&app, camera).expect("plays")), "{:?}", gray(&app, camera));
+    let delivered = (statistics.pictures + statistics.dropped) as f32;
+    let seconds = app.world().get::<CameraFrame>(camera).expect("plays").captured.as_secs_f32();
+    assert!((statistics.capture_rate - 6.0).abs() < 0.7, "{statistics:?}, {delivered} in {seconds} s");
+}
+
+#[test]
+fn a_game_may_supply_shorter_exposures_which_nobody_searches_for_markers() {
+    let mut app = player();
+    // Its gate stays shut: a search would never end.
+    app.insert_resource(MarkerDetection::new(Gated(Gate::default()))).add_plugins(TrackingPlugin);
+    let pixels = |gray: u8| FramePixels::new(SIZE, vec![gray; 4 * 48]).expect("fits");
+    let feed = CameraFeed::pixels(pixels(40)).with_exposure(0.125).with_pace(FeedPace::Lockstep);
+    let camera = app.world_mut().spawn((ArCamera::default(), feed)).id();
+    app.update();
+    app.update();
+    assert_eq!((gray(&app, camera), shorter(&app, camera)), (None, vec![(0.125, 40)]));
+    assert_eq!(state(&app, camera), FeedState::Playing);
+    for wrong in [0.0, -0.5, 1.5, f32::NAN] {
+        app.world_mut().entity_mut(camera).insert(CameraFeed::pixels(pixels(50)).with_exposure(wrong));
+        app.update();
+        let FeedState::Failed(reason) = state(&app, camera) else { panic!("{:?}", state(&app, camera)) };
+        assert!(reason.contains("with_exposure") && reason.contains("at most 1"), "{reason}");
+    }
+    assert_eq!((gray(&app, camera), shorter(&app, camera)), (None, vec![(0.125, 40)]));
+}
+
 #[test]
 fn a_damaged_picture_is_a_state_and_the_next_good_one_ends_it() {
     let folder = write_clip("damaged", SIDECAR, &[("a.png", 10), ("c.png", 30)]);
@@ -123,7 +196,7 @@ fn a_damaged_picture_is_a_state_and_the_next_good_one_ends_it() {
 
 #[test]
 fn what_is_wrong_with_a_clip_is_said_with_file_and_field() {
-    let cases: [(&str, &str, &[&str]); 6] = [
+    let cases: [(&str, &str, &[&str]); 9] = [
         ("no_fps", r#"{"image": [8, 6]}"#, &["clip.json", "fps"]),
         ("bad_fps", r#"{"image": [8, 6], "fps": 0}"#, &["clip.json", "fps", "above 0"]),
         ("bad_size", r#"{"image": [8, 0], "fps": 10}"#, &["clip.json", "image"]),
@@ -131,6 +204,21 @@ fn what_is_wrong_with_a_clip_is_said_with_file_and_field() {
             "bad_focal",
             r#"{"image": [8, 6], "fps": 10, "intrinsics": {"fx": -7, "fy": 7, "cx": 4, "cy": 3}}"#,
             &["clip.json", "intrinsics", "fx -7"],
+        ),
+        (
+            "zero_exposure",
+            r#"{"image": [8, 6], "fps": 10, "exposures": [1, 0]}"#,
+            &["clip.json", "exposures", "[1.0, 0.0]", "above 0 and at most 1"],
+        ),
+        (
+            "long_exposure",
+            r#"{"image": [8, 6], "fps": 10, "exposures": [1, 2]}"#,
+            &["clip.json", "exposures", "2.0", "at most 1"],
+        ),
+        (
+            "none_shown",
+            r#"{"image": [8, 6], "fps": 10, "exposures": [0.5]}"#,
+            &["clip.json", "exposures", "1 for the pictures that are shown"],
         ),
         ("bad_json", r#"{"image": [8, 6], "#, &["clip.json", "line 1"]),
         ("no_match", r#"{"image": [8, 6], "fps": 10, "pattern": "g*.png"}"#, &["no_match", "g*.png"]),

@@ -216,6 +216,7 @@ fn photograph_in(room: &FramePixels) -> DeskPicture {
         camera_from_world: bevy::math::Affine3A::from_mat4(pose.to_matrix()).inverse(),
         ball: MirrorBall { center: Vec3::ZERO, radius: 0.05, reflectance: 1.0, surface: BallSurface::Mirror },
         other_balls: Vec::new(),
+        shorter_exposures: Vec::new(),
         papers: Vec::new(),
         phantoms: std::sync::Arc::new(Vec::new()),
         max_gain: 1.0,

@@ -2,10 +2,10 @@
 // the kernel's virtual USB host controller, module vhci_hcd, so that the kernel's own driver serves it. Its end unplugs
 // it.
 //
-//   usb_camera [-p PORT] [-n NAME] [-E N] [-b BRIGHT.jpg] PICTURE.jpg...
+//   usb_camera [-p PORT] [-n NAME] [-E N] [-L N] [-b BRIGHT.jpg] PICTURE.jpg...
 //
 // The pictures are sent in turn; with -E every Nth one is empty. BRIGHT.jpg is what it sees at a fixed exposure of 0.1
-// s or more.
+// s or more. With -L a change of exposure shows N pictures late, N up to 7.
 
 #include <errno.h>
 #include <fcntl.h>
@@ -47,6 +47,7 @@ static const u8 cfgd[] = {
   7, 5, 0x81, 2, W16(512), 0};
 // clang-format on
 static int s, fmt = 1, frm = 1, ae = 8, expo = 250, bright = 128, gain = 10, stuck, empty_every;
+static int late, before[8]; // exposures of the last pictures
 static uint32_t interval = 333333;
 static u8 probe[34];
 static char *jpg[65];
@@ -123,13 +124,15 @@ static void setprobe(void) {
 static void newframe(void) {
     count++;
     cpos = 0;
+    before[count & 7] = ae == 1 ? expo : 0;
+    int exposed = before[(count - late) & 7];
     if (empty_every && count % empty_every == 0) {
         clen = 0;
         cur = (u8 *)"";
         return;
     }
     if (fmt == 1) {
-        int b = ae == 1 && expo >= 1000 && bj;
+        int b = exposed >= 1000 && bj;
         cur = (u8 *)(b ? bj : jpg[count % nj]);
         clen = b ? bl : jlen[count % nj];
         return;
@@ -324,13 +327,15 @@ static void ctrl(uint32_t seq, const u8 *u, uint32_t blen, int in, u8 *d) {
 int main(int c, char **v) {
     int port = 0, o;
     yuyv = malloc(614400);
-    while ((o = getopt(c, v, "p:n:E:b:")) != -1) {
+    while ((o = getopt(c, v, "p:n:E:L:b:")) != -1) {
         if (o == 'p')
             port = atoi(optarg);
         else if (o == 'n')
             names[2] = optarg;
         else if (o == 'E')
             empty_every = atoi(optarg);
+        else if (o == 'L')
+            late = atoi(optarg) & 7;
         else if (o == 'b') {
             FILE *g = fopen(optarg, "rb");
             if (!g) return perror(optarg), 1;

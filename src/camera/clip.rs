@@ -1,9 +1,6 @@
 //! Recorded clips: a folder of pictures and a sidecar.
 
-use super::{
-    CameraError, FeedPace, Intrinsics,
-    source::{Arrival, Decoded, Decoding, FrameSource},
-};
+use super::{CameraError, Intrinsics, exposure_series::is_exposure};
 use bevy::prelude::*;
 use serde::Deserialize;
 use std::{
@@ -18,12 +15,14 @@ use std::{
 ///     "image": [640, 480],
 ///     "fps": 15,
 ///     "intrinsics": {"fx": 601.8, "fy": 601.8, "cx": 320.0, "cy": 240.0},
-///     "pattern": "frame_*.jpg"
+///     "pattern": "frame_*.jpg",
+///     "exposures": [1, 1, 1, 0.125]
 /// }
 /// ```
-/// `image` is the size in pixels that the intrinsics belong to. `intrinsics` and `pattern` are optional; without a pattern all
-/// JPEG and PNG files are taken. The `*` of a pattern stands for anything; numbers in names are ordered by value. Other fields
-/// are left alone.
+/// `image` is the size in pixels that the intrinsics belong to. The others are optional. Without a `pattern` all JPEG and PNG files
+/// are taken. The `*` of a pattern stands for anything; numbers in names are ordered by value. `exposures` says how much light
+/// each picture got compared with the usual ones, above 0 and at most 1; a list that is shorter than the clip is repeated. Without it
+/// all are 1; those below are not shown, see [`ShorterFrames`](super::ShorterFrames). Other fields are left alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
     /// The pictures in the order they are played.
@@ -34,6 +33,8 @@ pub struct Clip {
     pub size: UVec2,
     /// The camera's intrinsics, if the sidecar has them.
     pub intrinsics: Option<Intrinsics>,
+    /// Light that each of the files got, the usual pictures' being 1.
+    pub exposures: Vec<f32>,
 }
 
 /// Name of the sidecar in a clip's folder.
@@ -47,6 +48,7 @@ struct Sidecar {
     fps: f32,
     intrinsics: Option<SidecarIntrinsics>,
     pattern: Option<String>,
+    exposures: Option<Vec<f32>>,
 }
 
 #[derive(Deserialize)]
@@ -101,14 +103,29 @@ impl Clip {
             let pattern = sidecar.pattern.unwrap_or_else(|| "*.jpg or *.png".to_owned());
             return Err(CameraError::ClipEmpty { folder: folder.to_owned(), pattern });
         }
-        let files = names.into_iter().map(|name| folder.join(name)).collect();
-        Ok(Self { files, frame_rate: sidecar.fps, size, intrinsics })
+        let files: Vec<PathBuf> = names.into_iter().map(|name| folder.join(name)).collect();
+        let listed = sidecar.exposures.unwrap_or_else(|| vec![1.0]);
+        let exposures: Vec<f32> = listed.iter().copied().cycle().take(files.len()).collect();
+        if !listed.iter().copied().all(is_exposure) || !exposures.contains(&1.0) {
+            let expected =
+                "a list of numbers above 0 and at most 1, and 1 for the pictures that are shown, at least one";
+            return Err(wrong("exposures", format!("{listed:?}"), expected));
+        }
+        Ok(Self { files, frame_rate: sidecar.fps, size, intrinsics, exposures })
     }
 
     /// The picture of a step and when it is due, the clip being repeated for ever.
-    fn step(&self, step: u64) -> (&Path, Duration) {
-        let file = &self.files[(step % self.files.len() as u64) as usize];
-        (file, Duration::from_secs_f64(step as f64 / f64::from(self.frame_rate)))
+    pub(super) fn step(&self, step: u64) -> (&Path, Duration) {
+        (&self.files[self.place(step)], Duration::from_secs_f64(step as f64 / f64::from(self.frame_rate)))
+    }
+
+    /// The exposure of a step.
+    pub(super) fn exposure(&self, step: u64) -> f32 {
+        self.exposures[self.place(step)]
+    }
+
+    fn place(&self, step: u64) -> usize {
+        (step % self.files.len() as u64) as usize
     }
 }
 
@@ -141,68 +158,6 @@ fn natural_order(name: &str) -> Vec<(u64, char)> {
         in_number = character.is_ascii_digit();
     }
     key
-}
-
-/// Plays a clip.
-pub(super) struct ClipSource {
-    clip: Clip,
-    pace: FeedPace,
-    /// When step 0 was due.
-    started: Option<Duration>,
-    next_step: u64,
-    decoding: Option<StepDecoding>,
-}
-
-struct StepDecoding {
-    decoding: Decoding,
-    captured: Duration,
-    skipped: u64,
-}
-
-impl ClipSource {
-    pub(super) fn open(folder: &Path, pace: FeedPace) -> Result<Self, CameraError> {
-        Ok(Self { clip: Clip::open(folder)?, pace, started: None, next_step: 0, decoding: None })
-    }
-
-    fn arrival(&self, decoded: Decoded, captured: Duration) -> Arrival {
-        match decoded.into_picture(captured, self.clip.intrinsics) {
-            Ok(picture) => Arrival { picture: Some(picture), ..default() },
-            // The next picture may be good.
-            Err(error) => Arrival::lost(&error),
-        }
-    }
-}
-
-impl FrameSource for ClipSource {
-    fn poll(&mut self, now: Duration) -> Arrival {
-        if self.pace == FeedPace::Lockstep {
-            let (file, due) = self.clip.step(self.next_step);
-            self.next_step += 1;
-            return self.arrival(Decoded::from_file(file), due);
-        }
-        let mut arrival = Arrival::default();
-        if let Some(step) = &mut self.decoding {
-            let (captured, skipped) = (step.captured, step.skipped);
-            let Some(decoded) = step.decoding.finish() else {
-                return arrival;
-            };
-            self.decoding = None;
-            arrival = self.arrival(decoded, captured);
-            arrival.dropped += skipped;
-        }
-        let started = *self.started.get_or_insert(now);
-        let newest_step = (now.saturating_sub(started).as_secs_f64() * f64::from(self.clip.frame_rate)) as u64;
-        if newest_step >= self.next_step {
-            let (file, due) = self.clip.step(newest_step);
-            self.decoding = Some(StepDecoding {
-                decoding: Decoding::start(file.to_owned()),
-                captured: started + due,
-                skipped: newest_step - self.next_step,
-            });
-            self.next_step = newest_step + 1;
-        }
-        arrival
-    }
 }
 
 #[cfg(test)]

@@ -31,8 +31,8 @@ pub enum CameraError {
     },
     /// A clip's sidecar is not what it has to be.
     #[error(
-        "{path}: {source}. It needs \"image\": [width, height] and \"fps\"; \"intrinsics\": {{\"fx\", \"fy\", \"cx\", \"cy\"}} in pixels and \
-         \"pattern\": \"frame_*.jpg\" are optional"
+        "{path}: {source}. It needs \"image\": [width, height] and \"fps\"; \"intrinsics\": {{\"fx\", \"fy\", \"cx\", \"cy\"}} in pixels, \
+         \"pattern\": \"frame_*.jpg\" and \"exposures\": [1, 1, 0.125] are optional"
     )]
     ClipSidecar {
         /// The sidecar.
@@ -60,6 +60,11 @@ pub enum CameraError {
         /// The names that were looked for.
         pattern: String,
     },
+    /// A feed's exposure cannot be.
+    #[error(
+        "the exposure of CameraFeed::with_exposure is {0}; it has to be above 0 and at most 1, the light that a usual picture gets"
+    )]
+    Exposure(f32),
     /// An image asset cannot be a camera picture.
     #[error("the image cannot be a camera picture: {0}")]
     Image(String),
@@ -84,6 +89,7 @@ pub enum CameraError {
 pub struct CameraFeed {
     pub(super) source: FeedSource,
     pub(super) pace: FeedPace,
+    pub(super) exposure: f32,
 }
 
 #[derive(Clone, Debug)]
@@ -145,13 +151,20 @@ impl CameraFeed {
         Self { pace, ..self }
     }
 
+    /// The same source, whose pictures got this much light compared with the usual ones of this camera: above 0 and at most 1. Those
+    /// below 1 are not shown; they go into [`ShorterFrames`](super::ShorterFrames) and tell what the next usual picture clips. 1 if
+    /// never called. Other numbers are [`FeedState::Failed`].
+    pub fn with_exposure(self, exposure: f32) -> Self {
+        Self { exposure, ..self }
+    }
+
     /// Its pace.
     pub fn pace(&self) -> FeedPace {
         self.pace
     }
 
     fn new(source: FeedSource) -> Self {
-        Self { source, pace: FeedPace::default() }
+        Self { source, pace: FeedPace::default(), exposure: 1.0 }
     }
 }
 
@@ -188,11 +201,13 @@ pub enum FeedState {
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct FeedStatistics {
-    /// Pictures taken in.
+    /// Pictures taken in, those of a shorter exposure aside.
     pub pictures: u64,
+    /// Pictures of a shorter exposure taken in. They are neither shown nor counted as dropped when they are replaced.
+    pub shorter: u64,
     /// Pictures the source had and the game never saw: replaced by newer ones, or damaged.
     pub dropped: u64,
-    /// Pictures per second that the source delivers, dropped ones included, smoothed. 0 until two have arrived.
+    /// Pictures per second that the source delivers at its usual exposure, dropped ones included, smoothed. 0 until two have arrived.
     pub capture_rate: f32,
     /// Time the decoding of the newest picture took, in the background.
     pub decode_time: Duration,
@@ -223,6 +238,8 @@ pub(super) struct Picture {
     pub captured: Duration,
     pub decode_time: Duration,
     pub intrinsics: Option<Intrinsics>,
+    /// Light it got, the usual picture's being 1.
+    pub exposure: f32,
 }
 
 impl FramePixels {

@@ -46,8 +46,13 @@ impl FrameSource for ImageSource {
         };
         match delivery.pixels {
             Ok(pixels) => {
-                let picture =
-                    Picture { pixels: Arc::new(pixels), captured: now, decode_time: delivery.time, intrinsics: None };
+                let picture = Picture {
+                    pixels: Arc::new(pixels),
+                    captured: now,
+                    decode_time: delivery.time,
+                    intrinsics: None,
+                    exposure: 1.0,
+                };
                 Arrival { picture: Some(picture), dropped: delivery.dropped, ..default() }
             }
             // The game may change the image.

@@ -10,6 +10,12 @@
 //! picture that is ready is used, older ones are dropped and counted. Programs that write files want every picture instead:
 //! [`FeedPace::Lockstep`].
 //!
+//! # Shorter exposures
+//! Pictures that got less light show what the others clip. A clip's sidecar names them, a game supplies them
+//! ([`CameraFeed::with_exposure`]), a webcam on Linux takes them in turn (`DeviceOptions::shorter_exposures`). They are never shown or searched
+//! for markers; [`ShorterFrames`] keeps the newest of each exposure beside the camera for [`lighting`](crate::lighting). Everything but
+//! the exposure has to be the same: gain, white balance, aperture, zoom.
+//!
 //! # Units
 //! Pictures are 8-bit sRGB. The GPU decodes them to *linear camera units*: 1.0 is the sensor's white. An [`ArCamera`]
 //! draws them without tone mapping, dithering or ambient light, so that with nothing virtual in view and one screen pixel
@@ -27,6 +33,8 @@
 
 mod background_pass;
 mod clip;
+mod clip_source;
+mod exposure_series;
 mod feed;
 mod frame;
 mod image_feed;
@@ -39,6 +47,7 @@ mod upload;
 mod webcam;
 
 pub use clip::Clip;
+pub use exposure_series::{ShorterFrame, ShorterFrames};
 pub use feed::{CameraError, CameraFeed, FeedPace, FeedState, FeedStatistics};
 pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
 pub use intrinsics::Intrinsics;

@@ -1,7 +1,8 @@
 //! The systems that open feeds and take their pictures in.
 
 use super::{
-    CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics,
+    CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics, ShorterFrame, ShorterFrames,
+    feed::Picture,
     image_feed::{ImageReader, ImageSlot},
     source::{self, OpenFeed},
 };
@@ -69,17 +70,26 @@ pub(super) fn poll_feeds(
     awaits_tracking: Option<Res<PicturesAwaitTracking>>,
 ) {
     for (camera, feed, mut open, mut state, mut statistics, is_one_waiting) in &mut feeds {
-        let arrival = open.0.poll(time.elapsed());
+        let mut arrival = open.0.poll(time.elapsed());
+        if feed.exposure < 1.0 {
+            arrival.shorter.extend(arrival.picture.take());
+        }
         if arrival.dropped > 0 {
             statistics.dropped += arrival.dropped;
         }
         if let Some(new) = arrival.state {
             say(camera, &mut state, new);
         }
+        if arrival.picture.is_some() || !arrival.shorter.is_empty() {
+            say(camera, &mut state, FeedState::Playing);
+        }
+        for picture in arrival.shorter {
+            statistics.shorter += 1;
+            keep_shorter(&mut commands, camera, feed, picture);
+        }
         let Some(picture) = arrival.picture else {
             continue;
         };
-        say(camera, &mut state, FeedState::Playing);
         statistics.note_picture(arrival.dropped, picture.captured, picture.decode_time);
         let frame = CameraFrame {
             pixels: picture.pixels,
@@ -95,4 +105,11 @@ pub(super) fn poll_feeds(
             commands.entity(camera).insert(frame);
         }
     }
+}
+
+fn keep_shorter(commands: &mut Commands, camera: Entity, feed: &CameraFeed, picture: Picture) {
+    let Picture { pixels, captured, exposure, .. } = picture;
+    let frame = ShorterFrame { pixels, exposure: exposure * feed.exposure, captured };
+    let mut camera = commands.entity(camera);
+    camera.entry::<ShorterFrames>().or_default().and_modify(move |mut frames| frames.insert(frame));
 }

@@ -1,10 +1,11 @@
 //! What is behind a feed: something that is asked for its newest picture once an update.
 
 #[cfg(feature = "webcam")]
-use super::webcam::{Webcam, WebcamStatus};
+use super::webcam::{Captured, Webcam, WebcamStatus};
 use super::{
     CameraError, CameraFeed, FeedPace, FeedState, FramePixels, Intrinsics,
-    clip::ClipSource,
+    clip_source::ClipSource,
+    exposure_series::check_exposure,
     feed::{FeedSource, Picture},
     image_feed::{ImageSlot, ImageSource},
 };
@@ -32,8 +33,11 @@ pub(super) trait FrameSource: Send + Sync {
 /// What a source has to say.
 #[derive(Default)]
 pub(super) struct Arrival {
+    /// The newest one of the usual exposure.
     pub picture: Option<Picture>,
-    /// Pictures skipped before `picture`, or damaged ones.
+    /// Those of shorter exposures.
+    pub shorter: Vec<Picture>,
+    /// Pictures of the usual exposure skipped before `picture`, and damaged ones.
     pub dropped: u64,
     /// Said by sources that are in trouble; a picture means [`FeedState::Playing`] anyway.
     pub state: Option<FeedState>,
@@ -55,6 +59,7 @@ pub(super) struct OpenFeed(pub Box<dyn FrameSource>);
 
 /// Opens what a feed names.
 pub(super) fn open(feed: &CameraFeed) -> Result<OpenFeed, CameraError> {
+    check_exposure(feed.exposure)?;
     Ok(OpenFeed(match &feed.source {
         FeedSource::Picture(path) => Box::new(Still::Unread(path.clone(), feed.pace)),
         FeedSource::Pixels(pixels) => Box::new(Supplied(Some(pixels.clone()))),
@@ -97,7 +102,8 @@ impl Decoded {
         captured: Duration,
         intrinsics: Option<Intrinsics>,
     ) -> Result<Picture, CameraError> {
-        Ok(Picture { pixels: Arc::new(self.pixels?), captured, decode_time: self.time, intrinsics })
+        let pixels = Arc::new(self.pixels?);
+        Ok(Picture { pixels, captured, decode_time: self.time, intrinsics, exposure: 1.0 })
     }
 }
 
@@ -149,6 +155,7 @@ impl FrameSource for Supplied {
             captured: now,
             decode_time: Duration::ZERO,
             intrinsics: None,
+            exposure: 1.0,
         });
         Arrival { picture, ..default() }
     }
@@ -161,15 +168,18 @@ impl FrameSource for Webcam {
             WebcamStatus::Lost(reason) => Some(FeedState::Lost(reason)),
             WebcamStatus::Opening | WebcamStatus::Playing(_) => None,
         };
-        let Some(captured) = self.take() else {
-            return Arrival { state, ..default() };
-        };
-        let picture = Picture {
+        let picture = |captured: Captured| Picture {
             pixels: Arc::new(captured.pixels),
             captured: now.saturating_sub(captured.at.elapsed()),
             decode_time: captured.decode_time,
             intrinsics: None,
+            exposure: captured.exposure,
         };
-        Arrival { picture: Some(picture), dropped: captured.dropped, state }
+        let shorter = self.take_shorter().into_iter().map(picture).collect();
+        let Some(captured) = self.take() else {
+            return Arrival { shorter, state, ..default() };
+        };
+        let dropped = captured.dropped;
+        Arrival { picture: Some(picture(captured)), shorter, dropped, state }
     }
 }

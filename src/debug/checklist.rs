@@ -69,7 +69,11 @@ impl Checklist<'_, '_> {
             (_, Some(frame)) => {
                 let statistics = statistics.cloned().unwrap_or_default();
                 let (size, rate, dropped) = (frame.pixels.size, statistics.capture_rate, statistics.dropped);
-                (CheckLevel::Good, format!("{} × {}, {rate:.1} /s, {dropped} dropped", size.x, size.y))
+                let mut text = format!("{} × {}, {rate:.1} /s, {dropped} dropped", size.x, size.y);
+                if statistics.shorter > 0 {
+                    text += &format!(", {} at shorter exposures", statistics.shorter);
+                }
+                (CheckLevel::Good, text)
             }
             (Some(_), None) => (CheckLevel::Missing, "waiting for the first picture".to_owned()),
             (None, None) => (CheckLevel::Missing, "the camera has no CameraFeed".to_owned()),

@@ -6,7 +6,7 @@
 //!
 //! | path | unit | meaning |
 //! |---|---|---|
-//! | [`CAPTURE_RATE`] | pictures/s | what the source delivers, dropped pictures included |
+//! | [`CAPTURE_RATE`] | pictures/s | what the source delivers at its usual exposure, dropped pictures included |
 //! | [`DROPPED`] | pictures | never seen by the game, since the feed was added |
 //! | [`DECODE`] | ms | file or camera bytes → pixels; in the background |
 //! | [`DETECT`] | ms | search for markers; in the background for live feeds |

@@ -1,8 +1,8 @@
 //! Two cameras, one paper: how their exposures and white balances differ.
 
 use super::{
-    desk_picture::DeskPicture,
-    meter::{brightness, paper_points},
+    desk_picture::{DeskPicture, Shot},
+    meter::{Paper, brightness, paper_points},
 };
 use bevy::prelude::*;
 
@@ -31,15 +31,23 @@ const LEAST_POINTS: usize = 8;
 /// balances. Papers are paired in the order of [`DeskPicture::papers`]. `None` if too little of them is seen by both, or what is
 /// seen is clipped.
 pub fn match_cameras(reference: &DeskPicture, second: &DeskPicture) -> Option<CameraMatch> {
-    let radiance = |picture: &DeskPicture, pos_world: Vec3| {
-        let pixel = picture.intrinsics.project(picture.camera_from_world.transform_point3(pos_world))?;
-        brightness(&picture.frame, pixel).filter(|radiance| radiance.is_finite() && radiance.min_element() > 0.0)
+    compare_papers((reference.shot(), &reference.papers), (second.shot(), &second.papers), 0.0)
+}
+
+/// Compares pictures by the papers in them. Paper that is not brighter than `darkest` in each channel does not count.
+pub(super) fn compare_papers(
+    (reference, ours): (Shot, &[Paper]),
+    (second, theirs): (Shot, &[Paper]),
+    darkest: f32,
+) -> Option<CameraMatch> {
+    let radiance = |shot: &Shot, pos_world: Vec3| {
+        let pixel = shot.intrinsics.project(shot.camera_from_world.transform_point3(pos_world))?;
+        brightness(shot.frame, pixel).filter(|radiance| radiance.is_finite() && radiance.min_element() > darkest)
     };
-    let (ours, theirs) = (paper_points(&reference.papers), paper_points(&second.papers));
-    let ratios: Vec<Vec3> = ours
+    let ratios: Vec<Vec3> = paper_points(ours)
         .iter()
-        .zip(&theirs)
-        .filter_map(|(a, b)| Some(radiance(reference, a.pos_world)? / radiance(second, b.pos_world)?))
+        .zip(&paper_points(theirs))
+        .filter_map(|(a, b)| Some(radiance(&reference, a.pos_world)? / radiance(&second, b.pos_world)?))
         .collect();
     if ratios.len() < LEAST_POINTS {
         return None;

@@ -25,12 +25,53 @@ pub struct DeskPicture {
     /// Other mirrored balls. Darker ones tell how bright the lamps are that the first one shows clipped; two balls tell where lamps
     /// are.
     pub other_balls: Vec<MirrorBall>,
+    /// Pictures of the same desk that got less light: they tell the same as darker balls.
+    pub shorter_exposures: Vec<ShorterExposure>,
     /// Sheets of markers that were seen in this picture.
     pub papers: Vec<Paper>,
     /// Other real things, the desk itself included.
     pub phantoms: Arc<Vec<PhantomSolid>>,
     /// Most that clipped light is multiplied with.
     pub max_gain: f32,
+}
+
+/// The desk of a [`DeskPicture`] at a shorter exposure, taken at about the same time.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::{camera::FramePixels, lighting::{DeskPicture, ShorterExposure}};
+/// # fn with_series(picture: DeskPicture, eighth: FramePixels, sixtieth: FramePixels) -> DeskPicture {
+/// // 1/30 s was the picture's own exposure
+/// let shorter = vec![ShorterExposure::new(eighth, 1.0 / 8.0), ShorterExposure::new(sixtieth, 1.0 / 60.0)];
+/// DeskPicture { shorter_exposures: shorter, ..picture }
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct ShorterExposure {
+    /// The picture. Of the same camera, zoom and cropping; its size may be another.
+    pub frame: Arc<FramePixels>,
+    /// Light it got, the main picture's being 1: above 0 and below 1. Pictures with other numbers are ignored. 1/4 to 1/64 tell
+    /// most: below, cameras have hardly a step for what is as bright as white.
+    pub exposure: f32,
+    /// World → camera when it was taken (Bevy axes), rigid. Defaults to `None`: as in the main picture.
+    pub camera_from_world: Option<Affine3A>,
+}
+
+impl ShorterExposure {
+    /// A picture taken from where the main one was taken.
+    pub fn new(frame: impl Into<Arc<FramePixels>>, exposure: f32) -> Self {
+        Self { frame: frame.into(), exposure, camera_from_world: None }
+    }
+}
+
+/// A picture and the camera that took it.
+#[derive(Clone, Copy)]
+pub(super) struct Shot<'a> {
+    pub frame: &'a FramePixels,
+    pub intrinsics: Intrinsics,
+    pub camera_from_world: Affine3A,
+    /// Light it got, the main picture's being 1.
+    pub exposure: f32,
 }
 
 impl DeskPicture {
@@ -44,5 +85,22 @@ impl DeskPicture {
     /// All balls, the one that shows the sky first.
     pub(super) fn balls(&self) -> Vec<MirrorBall> {
         std::iter::once(self.ball).chain(self.other_balls.iter().copied()).collect()
+    }
+
+    /// The main picture.
+    pub(super) fn shot(&self) -> Shot<'_> {
+        let Self { frame, intrinsics, camera_from_world, .. } = self;
+        Shot { frame, intrinsics: *intrinsics, camera_from_world: *camera_from_world, exposure: 1.0 }
+    }
+
+    /// The pictures that got less light.
+    pub(super) fn shorter_shots(&self) -> impl Iterator<Item = Shot<'_>> {
+        let usable = self.shorter_exposures.iter().filter(|shorter| shorter.exposure > 0.0 && shorter.exposure < 1.0);
+        usable.map(|shorter| Shot {
+            frame: &shorter.frame,
+            intrinsics: self.intrinsics.scaled_to(shorter.frame.size),
+            camera_from_world: shorter.camera_from_world.unwrap_or(self.camera_from_world),
+            exposure: shorter.exposure,
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! Points of the desk → equations: what each point shows, and what reaches it per unknown.
 
 use super::{
-    dark_ball::{DarkReading, read_dark_balls},
+    darker_view::{DarkReading, read_darker_views},
     desk_picture::DeskPicture,
     meter::{Meter, MeterPoint, Surface, brightness},
     regions::{Region, profiles, shaped},
@@ -36,7 +36,7 @@ pub(super) struct Problem<'a> {
     /// Regions that touch: parts of one window, mostly.
     pub neighbors: Vec<(usize, usize)>,
     pub equations: Vec<Equation>,
-    /// What darker balls say: extra gain per region and channel, or at least that.
+    /// What darker views say: extra gain per region and channel, or at least that.
     pub readings: Vec<GainReading>,
     /// Per region, how its extra light is shaped.
     pub profiles: Vec<Vec<f32>>,
@@ -44,7 +44,7 @@ pub(super) struct Problem<'a> {
     pub positions: Vec<Option<Vec3>>,
 }
 
-/// Extra gain of a region as a darker ball shows it, per channel.
+/// Extra gain of a region as a darker view shows it, per channel.
 pub(super) struct GainReading {
     pub region: usize,
     pub gain: [f64; 4],
@@ -59,7 +59,7 @@ const PROFILE: f32 = 1.5;
 
 impl<'a> Problem<'a> {
     pub(super) fn new(picture: &DeskPicture, meter: &'a Meter, sky: &'a [SkyCell], regions: &'a [Region]) -> Self {
-        let readings = read_dark_balls(picture, sky, regions);
+        let readings = read_darker_views(picture, sky, regions);
         let mut profiles = profiles(sky, regions, PROFILE);
         for (reading, shape) in readings.iter().filter_map(|reading| Some((reading, reading.shape.as_ref()?))) {
             profiles[reading.region] = shaped(&regions[reading.region], sky, shape);
@@ -120,6 +120,11 @@ impl<'a> Problem<'a> {
         }
     }
 
+    /// Whether a darker view shows how bright a region is.
+    pub(super) fn is_read(&self, region: usize) -> bool {
+        self.readings.iter().any(|reading| reading.region == region && !reading.is_bound[GRAY])
+    }
+
     /// Irradiance with clipped light raised.
     pub(super) fn irradiance(&self, equation: &Equation, channel: usize, x: &[f64]) -> f64 {
         equation.seen[channel] + self.extra(equation, channel, x)
@@ -170,7 +175,7 @@ fn mean_limit(region: &Region, sky: &[SkyCell]) -> [f64; 4] {
     [r, g, b, mean(sum.element_sum(), total.element_sum())]
 }
 
-/// What the darker balls say in terms of the unknowns.
+/// What the darker views say in terms of the unknowns.
 fn gain_readings(readings: Vec<DarkReading>, sky: &[SkyCell], regions: &[Region]) -> Vec<GainReading> {
     let in_gains = |reading: DarkReading| {
         let cells = regions[reading.region].cells.iter().map(|&i| &sky[i]);

@@ -32,7 +32,7 @@ const PRIOR: f64 = 1.0;
 const SMOOTHNESS: f64 = 10.0;
 /// Weight of the prior that lights have the color of the light as a whole.
 const COLOR_PRIOR: f64 = 20.0;
-/// Relative uncertainty of what a darker ball shows.
+/// Relative uncertainty of what a darker view shows.
 const DARK_UNCERTAINTY: f64 = 0.05;
 /// It shows a lamp itself, and counts as so many points of the desk.
 const DARK_WEIGHT: f64 = 300.0;

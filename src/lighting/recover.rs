@@ -2,7 +2,7 @@
 
 use super::{
     DeskPicture, FoundLight, MirrorBall, Paper, PhantomSolid, SelfCheck, SolvedLight, SolverCache, self_check,
-    solve::unsolved_light, solve_light,
+    series::SeenExposures, solve::unsolved_light, solve_light,
 };
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
@@ -98,6 +98,7 @@ struct Occasion {
     recovery: ClipRecovery,
     center: Vec3,
     gain: Vec3,
+    exposures: Vec<f32>,
 }
 
 struct Answer {
@@ -131,7 +132,7 @@ type SolvedProbe = (
     &'static ClipRecovery,
     &'static GlobalTransform,
     &'static ProbeMeasurement,
-    Option<&'static mut Solver>,
+    Option<(&'static mut Solver, &'static SeenExposures)>,
     Has<ClipGains>,
     Option<&'static RecoveredLight>,
 );
@@ -155,8 +156,8 @@ pub(super) fn recover_lights(
         if probe.is_dark() {
             continue;
         }
-        let Some(mut solver) = solver else {
-            commands.entity(entity).insert(Solver::default());
+        let Some((mut solver, seen)) = solver else {
+            commands.entity(entity).insert((Solver::default(), SeenExposures::default()));
             continue;
         };
         if let Some(answer) = solver.running.as_mut().and_then(check_ready) {
@@ -174,6 +175,7 @@ pub(super) fn recover_lights(
             .filter(|(other, _, sequence)| *other != entity && *sequence == frame.sequence)
             .map(|(_, ball, _)| *ball)
             .collect();
+        let shorter_exposures = seen.exposures(transform);
         let occasion = Occasion {
             others: others.clone(),
             sequence: frame.sequence,
@@ -182,6 +184,7 @@ pub(super) fn recover_lights(
             recovery: *recovery,
             center: transform.translation(),
             gain: measurement.gain,
+            exposures: shorter_exposures.iter().map(|shorter| shorter.exposure).collect(),
         };
         if solver.asked.as_ref() == Some(&occasion) {
             continue;
@@ -213,6 +216,7 @@ pub(super) fn recover_lights(
             camera_from_world: world_from_camera.inverse(),
             ball: ball(probe, transform),
             other_balls: others,
+            shorter_exposures,
             papers,
             phantoms: desk.solids.clone(),
             max_gain: recovery.max_gain,
@@ -266,7 +270,7 @@ fn publish(commands: &mut Commands, entity: Entity, solver: &mut Solver, answer:
     entity.insert(RecoveredLight { sequence, light: Arc::new(light), is_solved, lights, cpu_time });
 }
 
-/// Whether enough of the desk was seen and explained, or a darker ball shows the lamps.
+/// Whether enough of the desk was seen and explained, or a darker view shows the lamps.
 fn is_trusted(light: &SolvedLight) -> bool {
     let is_desk_seen = light.points >= light.paper_points + LEAST_POINTS && light.residual <= MOST_RESIDUAL;
     is_desk_seen || light.dark_readings > light.regions.len() / 2

@@ -1,11 +1,8 @@
 //! The ball's picture as a cube of small cells, with what of each cell the camera clipped.
 
-use super::{desk_picture::DeskPicture, meter::MirrorBall};
-use crate::{
-    camera::{FramePixels, Intrinsics},
-    probe::{BallSurface, BallView, ClipGains, EDGE_MARGIN_PIXELS, cube_directions, gain_limits},
-};
-use bevy::{math::Affine3A, prelude::*};
+use super::{desk_picture::Shot, meter::MirrorBall};
+use crate::probe::{BallSurface, BallView, ClipGains, EDGE_MARGIN_PIXELS, cube_directions, gain_limits};
+use bevy::prelude::*;
 
 /// Cells along an edge of the cube that light is solved on: 2.8° each.
 pub(super) const SKY_EDGE: u32 = ClipGains::EDGE;
@@ -77,31 +74,22 @@ impl SurfacePoints {
 /// Where a ball is looked at.
 #[derive(Clone, Copy)]
 pub(super) struct BallPicture<'a> {
-    pub frame: &'a FramePixels,
-    pub intrinsics: &'a Intrinsics,
+    pub shot: Shot<'a>,
     pub ball: &'a BallView,
     /// Share of light the ball mirrors, perpendicular to it.
     pub reflectance: f32,
     pub surface: BallSurface,
-    pub camera_from_world: &'a Affine3A,
 }
 
 impl<'a> BallPicture<'a> {
-    pub(super) fn new(picture: &'a DeskPicture, ball: &MirrorBall, view: &'a BallView) -> Self {
-        Self {
-            frame: &picture.frame,
-            intrinsics: &picture.intrinsics,
-            ball: view,
-            reflectance: ball.reflectance,
-            surface: ball.surface,
-            camera_from_world: &picture.camera_from_world,
-        }
+    pub(super) fn new(shot: Shot<'a>, ball: &MirrorBall, view: &'a BallView) -> Self {
+        Self { shot, ball: view, reflectance: ball.reflectance, surface: ball.surface }
     }
 
     /// The sky in cells, in the order of [`cube_directions`].
     pub(super) fn sky(&self, edge: u32) -> Vec<SkyCell> {
         const SUBSAMPLES: u32 = 2;
-        let edge_angle = self.ball.edge_angle(self.intrinsics, EDGE_MARGIN_PIXELS);
+        let edge_angle = self.ball.edge_angle(&self.shot.intrinsics, EDGE_MARGIN_PIXELS);
         let points = SurfacePoints::new(self.ball, edge_angle);
         cube_directions(edge)
             .map(|(dir_world, solid_angle)| {
@@ -114,11 +102,11 @@ impl<'a> BallPicture<'a> {
                         - 0.5 * (SUBSAMPLES - 1) as f32)
                         * step;
                     let dir = (dir_world + across.x * right + across.y * up).normalize();
-                    let dir_camera = self.camera_from_world.transform_vector3(dir);
+                    let dir_camera = self.shot.camera_from_world.transform_vector3(dir);
                     let point = points.at(dir_camera);
-                    if let Some(pixel) = self.intrinsics.project(point) {
+                    if let Some(pixel) = self.shot.intrinsics.project(point) {
                         let share = 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32;
-                        self.add_bilinear(&mut cell, &mut limits, pixel, share / self.reflectance_at(point));
+                        self.add_bilinear(&mut cell, &mut limits, pixel, share / self.sensitivity_at(point));
                     }
                 }
                 cell.limit = Vec3::from_array(std::array::from_fn(|c| {
@@ -131,13 +119,18 @@ impl<'a> BallPicture<'a> {
 
     /// Radiance towards a direction with clipped light taken for white; `None` where the ball does not show it.
     pub(super) fn radiance(&self, dir_world: Vec3, edge_angle: f32) -> Option<Vec3> {
-        let dir_camera = self.camera_from_world.transform_vector3(dir_world);
+        let dir_camera = self.shot.camera_from_world.transform_vector3(dir_world);
         if (-self.ball.center_camera).angle_between(dir_camera) > edge_angle {
             return None;
         }
         let point = self.ball.surface_point(dir_camera, edge_angle);
         let (mut cell, mut limits) = (SkyCell::default(), Vec3::ZERO);
-        self.add_bilinear(&mut cell, &mut limits, self.intrinsics.project(point)?, 1.0 / self.reflectance_at(point));
+        self.add_bilinear(
+            &mut cell,
+            &mut limits,
+            self.shot.intrinsics.project(point)?,
+            1.0 / self.sensitivity_at(point),
+        );
         Some(cell.seen)
     }
 
@@ -147,13 +140,18 @@ impl<'a> BallPicture<'a> {
         self.surface.reflectance_at(self.reflectance, -normal.dot(point_camera.normalize_or_zero()))
     }
 
+    /// What the picture shows of a radiance of 1 by way of a point of the ball.
+    fn sensitivity_at(&self, point_camera: Vec3) -> f32 {
+        self.shot.exposure * self.reflectance_at(point_camera)
+    }
+
     fn add_bilinear(&self, cell: &mut SkyCell, limits: &mut Vec3, pixel: Vec2, weight: f32) {
         let corner = (pixel - 0.5).floor();
         let t = pixel - 0.5 - corner;
         let (x, y) = (corner.x as i32, corner.y as i32);
         let shares = [(1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y];
         for (share, (dx, dy)) in shares.into_iter().zip([(0, 0), (1, 0), (0, 1), (1, 1)]) {
-            let value = self.frame.linear(x + dx, y + dy);
+            let value = self.shot.frame.linear(x + dx, y + dy);
             let part = weight * share * value;
             cell.seen += part;
             for (c, limit) in gain_limits(value).into_iter().enumerate() {

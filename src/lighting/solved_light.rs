@@ -36,7 +36,7 @@ pub struct SolvedLight {
     pub paper_points: usize,
     /// Root of the mean squared relative difference between the desk as the light explains it and as it is (robust).
     pub residual: f32,
-    /// Clipped pieces whose light a darker ball shows.
+    /// Clipped pieces whose light a darker ball or a shorter exposure shows.
     pub dark_readings: usize,
     /// The paper as the light explains it ÷ as it is, per channel.
     pub paper_ratio: Vec3,

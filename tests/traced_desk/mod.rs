@@ -3,7 +3,7 @@
 use bevy::{math::Affine3A, prelude::*};
 use bevy_mirrorball::{
     camera::{FramePixels, Intrinsics},
-    lighting::{DeskPicture, MirrorBall, Paper, PhantomSolid},
+    lighting::{DeskPicture, MirrorBall, Paper, PhantomSolid, ShorterExposure},
     probe::BallSurface,
 };
 use std::{f32::consts::PI, sync::Arc};
@@ -81,6 +81,7 @@ impl Tent {
 }
 
 /// What is pictured: an endless gray desk at y = 0 with the marker's sheet at the origin, and what stands on it.
+#[derive(Clone)]
 pub(crate) struct TracedDesk<'a> {
     /// Radiance of the sky by direction, without the lamps.
     pub sky: &'a dyn Fn(Vec3) -> Vec3,
@@ -137,20 +138,53 @@ impl<'a> TracedDesk<'a> {
         dirs.map(|(dir, cosine)| light(dir) * cosine).sum::<Vec3>() * (2.0 * PI / count as f32)
     }
 
+    /// Radiance · steradian of the sky without lamps within an angle of a direction, mean of the channels.
+    pub(crate) fn sky_around(&self, towards: Vec3, angle: f32) -> f32 {
+        let count = 100_000;
+        let near = upper_hemisphere(count).filter(|dir| dir.angle_between(towards) < angle);
+        near.map(|dir| (self.sky)(dir).element_sum() / 3.0).sum::<f32>() * (2.0 * PI / count as f32)
+    }
+
     /// Irradiance ÷ π at the marker for a normal, from the upper half of the sky, unshadowed, in camera units.
     pub(crate) fn irradiance_from_above(&self, normal: Vec3) -> Vec3 {
         let lamps = self.lamps.iter().map(|lamp| lamp.irradiance(self, Vec3::new(0.0, 1e-4, 0.0), normal));
         (self.sky_irradiance(normal, Vec3::ZERO) + lamps.sum::<Vec3>()) * (self.exposure() / PI)
     }
 
+    fn intrinsics(&self) -> Intrinsics {
+        let focal = Vec2::splat(1.025 * self.size.x as f32);
+        Intrinsics { focal, center: self.size.as_vec2() / 2.0, size: self.size }
+    }
+
+    fn pose(&self) -> Transform {
+        Transform::from_translation(self.eye).looking_at(self.target, Vec3::Y)
+    }
+
     /// The picture; known is what `picture` says.
     pub(crate) fn picture(&self) -> DeskPicture {
+        DeskPicture {
+            frame: Arc::new(self.frame(1.0)),
+            intrinsics: self.intrinsics(),
+            camera_from_world: self.pose().compute_affine().inverse(),
+            ball: self.balls[0],
+            other_balls: self.balls[1..].to_vec(),
+            shorter_exposures: Vec::new(),
+            papers: vec![Paper { world_from_marker: Affine3A::IDENTITY, size: 0.1, reflectance: PAPER_REFLECTANCE }],
+            phantoms: Arc::default(),
+            max_gain: 1000.0,
+        }
+    }
+
+    /// The same at a shorter exposure.
+    pub(crate) fn shorter(&self, exposure: f32) -> ShorterExposure {
+        ShorterExposure::new(self.frame(exposure), exposure)
+    }
+
+    /// What the sensor gathers in an exposure, 1 being the picture's.
+    fn frame(&self, exposure: f32) -> FramePixels {
         const SUBPIXELS: u32 = 4;
-        let size = self.size;
-        let focal = Vec2::splat(1.025 * size.x as f32);
-        let intrinsics = Intrinsics { focal, center: size.as_vec2() / 2.0, size };
-        let pose = Transform::from_translation(self.eye).looking_at(self.target, Vec3::Y);
-        let exposure = self.exposure();
+        let (size, intrinsics, pose) = (self.size, self.intrinsics(), self.pose());
+        let exposure = exposure * self.exposure();
         let open = self.sky_irradiance(Vec3::Y, Vec3::ZERO);
         let far_desk = (open + self.lamp_irradiance(Vec3::new(0.0, 0.0, 50.0), Vec3::Y)) * (DESK_REFLECTANCE / PI);
         let faces: Vec<(Tent, Vec<[Vec3; 3]>)> = self.tents.iter().map(|tent| (*tent, tent.triangles())).collect();
@@ -202,16 +236,7 @@ impl<'a> TracedDesk<'a> {
             let srgb = Color::linear_rgb(mean.x, mean.y, mean.z).to_srgba().to_u8_array();
             [srgb[0], srgb[1], srgb[2], 255]
         });
-        DeskPicture {
-            frame: Arc::new(FramePixels::new(size, rgba.collect()).expect("four bytes a pixel")),
-            intrinsics,
-            camera_from_world: pose.compute_affine().inverse(),
-            ball: self.balls[0],
-            other_balls: self.balls[1..].to_vec(),
-            papers: vec![Paper { world_from_marker: Affine3A::IDENTITY, size: 0.1, reflectance: PAPER_REFLECTANCE }],
-            phantoms: Arc::default(),
-            max_gain: 1000.0,
-        }
+        FramePixels::new(size, rgba.collect()).expect("four bytes a pixel")
     }
 
     /// Light that arrives from a direction, balls aside.

@@ -52,6 +52,7 @@ pub(crate) fn desk_picture(folder: &Path, room: &str) -> DeskPicture {
         camera_from_world: Affine3A::from_mat4(world_from_camera.to_matrix()).inverse(),
         ball,
         other_balls: Vec::new(),
+        shorter_exposures: Vec::new(),
         papers: vec![Paper {
             world_from_marker: Affine3A::from_translation(Vec3::new(0.0, 0.0006, 0.0)),
             size: number(&truth["marker"]["size_m"]),

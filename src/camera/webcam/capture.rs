@@ -3,11 +3,10 @@
 use super::{
     decode::{DecodeError, decode},
     devices::{DeviceInfo, DeviceOptions, find, list_devices, missing},
-    format::PixelFormat,
+    series::ExposureRounds,
     source::Source,
+    stream::{Captured, WebcamStatus, WebcamStream},
 };
-use crate::camera::FramePixels;
-use bevy::prelude::*;
 use std::{
     any::Any,
     convert::Infallible,
@@ -32,44 +31,6 @@ const RESTART: Duration = Duration::from_secs(10);
 /// Longest wait for a picture before the thread looks whether it should stop.
 const STEP: Duration = Duration::from_millis(100);
 
-/// A picture of a webcam.
-pub(in crate::camera) struct Captured {
-    pub(in crate::camera) pixels: FramePixels,
-    /// When the picture was taken: the driver's time stamp (start of exposure or end of the transfer, as the driver has it)
-    /// where it gives a plausible one, else the time of arrival.
-    pub(in crate::camera) at: Instant,
-    /// How long it took to decode.
-    pub(in crate::camera) decode_time: Duration,
-    /// Pictures that were overwritten unseen, empty or damaged since the last one that was taken.
-    pub(in crate::camera) dropped: u64,
-}
-
-/// How a webcam is doing.
-#[derive(Clone, Debug, PartialEq)]
-pub(in crate::camera) enum WebcamStatus {
-    /// It is being opened, and no picture has arrived yet.
-    Opening,
-    /// Pictures arrive.
-    Playing(WebcamStream),
-    /// No pictures arrive. The text names the camera, what happened and what to do. The thread keeps looking for the camera.
-    Lost(String),
-}
-
-/// What a camera delivers. It may differ from the wishes.
-#[derive(Clone, Debug, PartialEq)]
-pub(in crate::camera) struct WebcamStream {
-    /// The camera's name.
-    pub(in crate::camera) name: String,
-    /// Width and height in pixels.
-    pub(in crate::camera) size: UVec2,
-    /// Pictures per second; 0 if the driver does not say.
-    pub(in crate::camera) frame_rate: f32,
-    /// How the pictures come out of the camera.
-    pub(in crate::camera) format: PixelFormat,
-    /// Seconds of light per picture if that was asked for and the camera does it.
-    pub(in crate::camera) exposure: Option<f32>,
-}
-
 /// A webcam with its thread. Dropping it tells the thread to stop, and does not wait for it.
 pub(in crate::camera) struct Webcam {
     state: Arc<Mutex<State>>,
@@ -79,6 +40,8 @@ pub(in crate::camera) struct Webcam {
 
 struct State {
     newest: Option<Captured>,
+    /// The newest of each shorter exposure.
+    shorter: Vec<Captured>,
     dropped: u64,
     status: WebcamStatus,
     /// What is open now.
@@ -94,6 +57,7 @@ impl Webcam {
     pub(in crate::camera) fn open(options: DeviceOptions) -> Self {
         let state = Arc::new(Mutex::new(State {
             newest: None,
+            shorter: Vec::new(),
             dropped: 0,
             status: WebcamStatus::Opening,
             stream: None,
@@ -109,7 +73,12 @@ impl Webcam {
         Self { state, _alive: alive }
     }
 
-    /// The newest picture since the last call, if there is one.
+    /// The newest picture of each shorter exposure since the last call.
+    pub(in crate::camera) fn take_shorter(&self) -> Vec<Captured> {
+        std::mem::take(&mut lock(&self.state).shorter)
+    }
+
+    /// The newest picture of the usual exposure since the last call, if there is one.
     pub(in crate::camera) fn take(&self) -> Option<Captured> {
         let mut state = lock(&self.state);
         let newest = state.newest.take()?;
@@ -194,6 +163,7 @@ fn play(
     let stream = source.stream().clone();
     *known = Some(device.clone());
     let mut heard = Instant::now();
+    let mut rounds = ExposureRounds::new(&stream.shorter_exposures, heard);
     {
         let mut state = lock(state);
         state.status = WebcamStatus::Opening;
@@ -212,18 +182,35 @@ fn play(
             continue;
         };
         heard = Instant::now();
-        let started = Instant::now();
+        let Some(exposure) = rounds.arrived() else {
+            lock(state).heard = heard;
+            continue;
+        };
         let result = if picture.is_marked_damaged { Err(DecodeError::Marked) } else { decode(&picture.raw) };
-        let result =
-            result.map(|pixels| Captured { pixels, at: picture.at, decode_time: started.elapsed(), dropped: 0 });
+        let result = result.map(|pixels| Captured {
+            pixels,
+            at: picture.at,
+            decode_time: heard.elapsed(),
+            exposure,
+            dropped: 0,
+        });
+        let is_good = result.is_ok();
         publish(&mut lock(state), result, &stream);
+        if is_good && let Some(step) = rounds.next(Instant::now()) {
+            source.change_exposure(step)?;
+            // Pictures that have arrived until now are older than the change.
+            while source.next(Duration::ZERO)?.is_some() {}
+        }
     }
 }
 
 fn publish(state: &mut State, result: Result<Captured, DecodeError>, stream: &WebcamStream) {
     match result {
         Ok(captured) => {
-            if state.newest.replace(captured).is_some() {
+            if captured.exposure < 1.0 {
+                state.shorter.retain(|older| older.exposure != captured.exposure);
+                state.shorter.push(captured);
+            } else if state.newest.replace(captured).is_some() {
                 state.dropped += 1;
             }
             state.heard = Instant::now();
@@ -247,20 +234,44 @@ fn panic_text(panic: Box<dyn Any + Send>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::{FramePixels, webcam::format::PixelFormat};
+    use bevy::prelude::*;
 
     fn stream(frame_rate: f32) -> WebcamStream {
-        WebcamStream { name: "Cam".to_owned(), size: UVec2::ONE, frame_rate, format: PixelFormat::Yuyv, exposure: None }
+        WebcamStream {
+            name: "Cam".to_owned(),
+            size: UVec2::ONE,
+            frame_rate,
+            format: PixelFormat::Yuyv,
+            exposure: None,
+            shorter_exposures: Vec::new(),
+        }
     }
 
     fn webcam(status: WebcamStatus, heard: Instant) -> (Webcam, Receiver<Infallible>) {
-        let state = State { newest: None, dropped: 0, status, stream: Some(stream(30.0)), heard, damage: None };
+        let stream = Some(stream(30.0));
+        let state = State { newest: None, shorter: Vec::new(), dropped: 0, status, stream, heard, damage: None };
         let (alive, stop) = channel();
         (Webcam { state: Arc::new(Mutex::new(state)), _alive: alive }, stop)
     }
 
     fn pixel(value: u8, at: Instant) -> Result<Captured, DecodeError> {
         let pixels = FramePixels::new(UVec2::ONE, vec![value; 4]).ok_or(DecodeError::Empty)?;
-        Ok(Captured { pixels, at, decode_time: Duration::ZERO, dropped: 0 })
+        Ok(Captured { pixels, at, decode_time: Duration::ZERO, exposure: 1.0, dropped: 0 })
+    }
+
+    #[test]
+    fn the_newest_of_each_shorter_exposure_waits_beside_the_usual_one_and_none_is_dropped() {
+        let (webcam, _stop) = webcam(WebcamStatus::Opening, Instant::now());
+        let now = Instant::now();
+        for (value, exposure) in [(1, 0.1), (2, 1.0), (3, 0.5), (4, 0.1)] {
+            let result = pixel(value, now).map(|captured| Captured { exposure, ..captured });
+            publish(&mut lock(&webcam.state), result, &stream(30.0));
+        }
+        let shorter: Vec<u8> = webcam.take_shorter().iter().map(|captured| captured.pixels.rgba[0]).collect();
+        let usual = webcam.take().expect("was published");
+        assert_eq!((shorter, usual.pixels.rgba[0], usual.dropped), (vec![3, 4], 2, 0));
+        assert!(webcam.take_shorter().is_empty());
     }
 
     #[test]

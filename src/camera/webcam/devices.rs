@@ -54,7 +54,9 @@ pub enum DeviceEncoding {
 /// let options = DeviceOptions {
 ///     device: DeviceId::Name("C920".into()),
 ///     size: Some(UVec2::new(1280, 720)),
-///     exposure: DeviceExposure::Seconds(0.01),
+///     exposure: DeviceExposure::Seconds(0.02),
+///     // and now and then 2.5 and 0.2 ms, for the lamps
+///     shorter_exposures: vec![0.125, 0.01],
 ///     ..default()
 /// };
 /// ```
@@ -70,6 +72,17 @@ pub struct DeviceOptions {
     pub encoding: DeviceEncoding,
     /// How long the sensor collects light. Defaults to [`DeviceExposure::Unchanged`].
     pub exposure: DeviceExposure,
+    /// Shorter exposures that the camera takes in between, as shares of the usual one, above 0 and below 1, which has to be
+    /// [`DeviceExposure::Seconds`]. They show how bright lamps are that the usual one clips
+    /// ([`ShorterFrames`](crate::camera::ShorterFrames)) and are not shown. Defaults to none.
+    ///
+    /// Every two seconds each of them is taken once. Cameras change their exposure some pictures late, so that five pictures for each and
+    /// four more are not shown: with one of them at 30 pictures per second the picture stands still for 0.3 s. Turn automatic white balance
+    /// and gain off. Under lamps that flicker with the mains (100 or 120 times a second) exposures shorter than a period catch them at
+    /// any brightness; such pictures are ignored where the marker's paper shows it by a quarter or more.
+    ///
+    /// Linux only; elsewhere, or where the camera refuses, a warning says so and all pictures have the usual exposure.
+    pub shorter_exposures: Vec<f32>,
 }
 
 /// Wished size where the game has none: every webcam has it, and marker detection is fast.

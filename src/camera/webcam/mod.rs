@@ -10,6 +10,10 @@
 //! looks again every second, by the camera's *name*, since a camera that is plugged in again often has another number.
 //! Nothing here waits for the thread: dropping a [`Webcam`] tells it to stop and goes on.
 //!
+//! # Shorter exposures
+//! With [`DeviceOptions::shorter_exposures`] the thread goes through them every two seconds and throws away the pictures
+//! whose exposure is uncertain ([`series`]).
+//!
 //! # Platforms
 //! Linux is driven through V4L2 directly (crate `v4l`), elsewhere `nokhwa` is used. On Linux `nokhwa` 0.10 throws away what
 //! this needs: how many bytes of a picture arrived and whether the driver marked it as damaged (a cut JPEG shows old rows),
@@ -31,6 +35,8 @@ mod decode;
 mod devices;
 mod format;
 mod jpeg;
+mod series;
+mod stream;
 #[cfg(all(test, target_os = "linux"))]
 mod live_tests;
 #[cfg(not(target_os = "linux"))]
@@ -40,5 +46,6 @@ mod source;
 #[path = "v4l2/mod.rs"]
 mod source;
 
-pub(super) use capture::{Webcam, WebcamStatus};
+pub(super) use capture::Webcam;
 pub use devices::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
+pub(super) use stream::{Captured, WebcamStatus};

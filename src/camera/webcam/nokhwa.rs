@@ -3,10 +3,10 @@
 //! Not tested on these systems; the same code takes pictures on Linux.
 
 use super::{
-    capture::WebcamStream,
     decode::RawPicture,
     devices::{DeviceExposure, DeviceInfo, DeviceOptions},
     format::{FrameRate, Mode, PixelFormat, choose},
+    stream::WebcamStream,
 };
 use bevy::prelude::*;
 use nokhwa::{
@@ -67,7 +67,7 @@ impl Source {
         let request = RequestedFormat::with_formats(RequestedFormatType::Exact(exact), &known);
         let got = camera.set_camera_requset(request).map_err(failed("does not take its own mode"))?;
         camera.open_stream().map_err(failed("does not start"))?;
-        if options.exposure != DeviceExposure::Unchanged {
+        if options.exposure != DeviceExposure::Unchanged || !options.shorter_exposures.is_empty() {
             warn!("the exposure of the camera \"{}\" stays as it is: it can be set on Linux only", info.name);
         }
         let stream = WebcamStream {
@@ -76,12 +76,18 @@ impl Source {
             frame_rate: got.frame_rate() as f32,
             format: mode.format,
             exposure: None,
+            shorter_exposures: Vec::new(),
         };
         Ok(Self { camera, info: info.clone(), stream, newest: None })
     }
 
     pub(super) fn stream(&self) -> &WebcamStream {
         &self.stream
+    }
+
+    /// Changes the exposure to another step of the rounds: there is only one here.
+    pub(super) fn change_exposure(&mut self, _step: usize) -> Result<(), String> {
+        Ok(())
     }
 
     /// Waits for the next picture, however long that takes: the library has no limit.

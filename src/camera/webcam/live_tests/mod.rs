@@ -7,9 +7,8 @@ mod usb;
 mod vivid;
 
 use super::{
-    DeviceId, DeviceOptions, Webcam, WebcamStatus,
-    capture::{Captured, WebcamStream},
-    list_devices,
+    DeviceId, DeviceOptions, Webcam, WebcamStatus, list_devices,
+    stream::{Captured, WebcamStream},
 };
 use bevy::prelude::*;
 use std::{

@@ -85,6 +85,39 @@ fn a_usb_camera_sends_jpegs_and_takes_a_fixed_exposure() {
     assert!(bright.min_element() > 250.0 && dark.max_element() < 200.0, "{bright} {dark}");
 }
 
+/// Pictures of the usual exposure in which the rounds are watched; at 30 per second, three rounds and more.
+const WATCHED: usize = 150;
+
+#[test]
+fn a_series_of_exposures_is_sorted_rightly_however_late_the_camera_is() {
+    for late in ["0", "3"] {
+        let Some(_camera) = UsbCamera::plug_in(&["-L", late, "-b", "bright.jpg", "f1.jpg", "f2.jpg", "f3.jpg"]) else {
+            return;
+        };
+        let options = DeviceOptions {
+            exposure: DeviceExposure::Seconds(0.12),
+            shorter_exposures: vec![0.25, 0.05],
+            ..UsbCamera::options()
+        };
+        let webcam = Webcam::open(options);
+        let (mut usual, mut shorter) = (0, Vec::new());
+        while usual < WATCHED {
+            let bright = next(&webcam);
+            usual += 1 + bright.dropped as usize;
+            // The emulated camera shows white from a tenth of a second on.
+            assert!(bright.exposure == 1.0 && mean_rgb(&bright).min_element() > 250.0, "{}", mean_rgb(&bright));
+            for dark in webcam.take_shorter() {
+                assert!(mean_rgb(&dark).max_element() < 200.0, "{} at {}", mean_rgb(&dark), dark.exposure);
+                shorter.push(dark.exposure);
+            }
+        }
+        let stream = wait_for_playing(&webcam);
+        assert_eq!((stream.exposure, stream.shorter_exposures), (Some(0.12), vec![0.25, 0.05]));
+        assert!(shorter.len() >= 4 && shorter.chunks(2).all(|round| round[0] == 0.25), "{shorter:?}");
+        println!("{late} late: {} shorter exposures beside {usual} usual ones", shorter.len());
+    }
+}
+
 #[test]
 fn damaged_jpegs_are_dropped_and_counted() {
     let Some(camera) = UsbCamera::plug_in(&["f1.jpg", "junk.jpg", "cut.jpg", "f2.jpg"]) else {

@@ -1,7 +1,7 @@
 //! How long a V4L2 camera collects light.
 
-use super::errors::title;
-use crate::camera::webcam::devices::{DeviceExposure, DeviceInfo};
+use super::errors::{describe, title};
+use crate::camera::webcam::devices::{DeviceExposure, DeviceInfo, DeviceOptions};
 use bevy::prelude::*;
 use std::io;
 use v4l::{
@@ -9,38 +9,100 @@ use v4l::{
     control::{Control, Value},
 };
 
-/// Sets the exposure and returns what the camera made of it, in seconds.
-pub(super) fn expose(device: &Device, info: &DeviceInfo, exposure: DeviceExposure) -> Option<f32> {
-    // Camera class controls, V4L2 "Camera Control Reference".
-    const AUTO: u32 = 0x009a_0901;
-    const TIME: u32 = 0x009a_0902;
-    const MANUAL: i64 = 1;
-    const AUTOMATIC: i64 = 0;
-    const APERTURE_PRIORITY: i64 = 3;
-    /// Unit of the exposure time: 100 µs.
-    const PER_SECOND: f32 = 10_000.0;
-    let set = |id, value| device.set_control(Control { id, value: Value::Integer(value) });
+// Camera class controls, V4L2 "Camera Control Reference".
+const AUTO: u32 = 0x009a_0901;
+const TIME: u32 = 0x009a_0902;
+const MANUAL: i64 = 1;
+const AUTOMATIC: i64 = 0;
+const APERTURE_PRIORITY: i64 = 3;
+/// Unit of the exposure time: 100 µs.
+const PER_SECOND: f32 = 10_000.0;
+
+/// The exposures that a camera takes, in units of its control; the usual one comes first. Empty where it keeps its own.
+#[derive(Default)]
+pub(super) struct Exposures(Vec<i64>);
+
+impl Exposures {
+    /// Seconds of light of the usual exposure.
+    pub(super) fn seconds(&self) -> Option<f32> {
+        self.0.first().map(|units| *units as f32 / PER_SECOND)
+    }
+
+    /// The others, as shares of it.
+    pub(super) fn shorter(&self) -> Vec<f32> {
+        let share = |units: &i64| *units as f32 / self.0[0] as f32;
+        self.0.iter().skip(1).map(share).collect()
+    }
+
+    /// Changes to one of them.
+    pub(super) fn set(&self, device: &Device, info: &DeviceInfo, step: usize) -> Result<(), String> {
+        let Some(&value) = self.0.get(step) else {
+            return Ok(());
+        };
+        let failed = |error: io::Error| describe(info, "does not change its exposure any more", &error);
+        set(device, TIME, value).map_err(failed)
+    }
+}
+
+fn set(device: &Device, id: u32, value: i64) -> io::Result<()> {
+    device.set_control(Control { id, value: Value::Integer(value) })
+}
+
+/// Sets an exposure time and asks what the camera made of it, both in its units.
+fn set_time(device: &Device, units: i64) -> io::Result<i64> {
+    set(device, TIME, units)?;
+    match device.control(TIME)?.value {
+        Value::Integer(units) if units > 0 => Ok(units),
+        other => Err(io::Error::other(format!("it answers {other:?}"))),
+    }
+}
+
+/// Sets the usual exposure, after the shorter ones have been tried, and returns what the camera made of them.
+pub(super) fn expose(device: &Device, info: &DeviceInfo, options: &DeviceOptions) -> Exposures {
+    let DeviceOptions { exposure, shorter_exposures, .. } = options;
+    let title = title(info);
     let refused = |error: io::Error| {
-        let title = title(info);
         warn!("{title} does not take the exposure {exposure:?} ({error}): it keeps its own; measured light may change");
     };
+    let mut exposures = Exposures::default();
     match exposure {
-        DeviceExposure::Unchanged => None,
+        DeviceExposure::Unchanged => {}
         // Webcams have a fixed aperture and know only one of the two.
         DeviceExposure::Automatic => {
-            set(AUTO, APERTURE_PRIORITY).or_else(|_| set(AUTO, AUTOMATIC)).map_err(refused).ok()?;
-            None
+            let switched = set(device, AUTO, APERTURE_PRIORITY).or_else(|_| set(device, AUTO, AUTOMATIC));
+            let _ = switched.map_err(refused);
         }
         DeviceExposure::Seconds(seconds) => {
             // Cameras without an automatic have no such switch.
-            let _ = set(AUTO, MANUAL);
+            let _ = set(device, AUTO, MANUAL);
             let units = (PER_SECOND * seconds).round().clamp(1.0, i32::MAX as f32) as i64;
-            set(TIME, units).and_then(|()| device.control(TIME)).map_err(refused).ok().and_then(|control| {
-                let Value::Integer(units) = control.value else {
-                    return None;
-                };
-                Some(units as f32 / PER_SECOND)
-            })
+            exposures.0.extend(set_time(device, units).map_err(refused).ok());
         }
     }
+    if shorter_exposures.is_empty() {
+        return exposures;
+    }
+    let Some(&usual) = exposures.0.first() else {
+        warn!("{title} takes no shorter exposures: its usual one has to be DeviceExposure::Seconds");
+        return exposures;
+    };
+    for share in shorter_exposures {
+        let units = ((usual as f32 * share).round() as i64).max(1);
+        let taken =
+            if *share > 0.0 && *share < 1.0 { set_time(device, units) } else { Err(io::Error::other("no share")) };
+        match taken {
+            Ok(units) if units < usual => exposures.0.push(units),
+            Ok(_) => warn!("{title} cannot take {share} of its exposure; give a longer usual one"),
+            Err(error) => {
+                warn!("{title} does not take {share} of its exposure ({error}); give a number above 0 and below 1");
+            }
+        }
+    }
+    exposures.0[1..].sort_unstable_by(|a, b| b.cmp(a));
+    exposures.0.dedup();
+    if let Err(error) = set_time(device, usual) {
+        refused(error);
+        return Exposures::default();
+    }
+    exposures
 }

@@ -7,14 +7,14 @@ mod exposure;
 mod modes;
 
 use super::{
-    capture::WebcamStream,
     decode::RawPicture,
     devices::{DeviceInfo, DeviceOptions},
     format::{FrameRate, choose},
+    stream::WebcamStream,
 };
 use bevy::prelude::*;
 use errors::{describe, title};
-use exposure::expose;
+use exposure::{Exposures, expose};
 use modes::{fourcc, modes, pixel_format};
 use std::{
     fs, io,
@@ -67,6 +67,7 @@ pub(super) struct Source {
     info: DeviceInfo,
     stream: WebcamStream,
     stride: usize,
+    exposures: Exposures,
 }
 
 /// A picture in the driver's memory.
@@ -103,19 +104,26 @@ impl Source {
         let rate = interval.and_then(|interval| device.set_params(&Parameters::new(interval)).ok());
         let rate = rate.or_else(|| device.params().ok()).map(|parameters| parameters.interval);
         let rate = rate.and_then(|interval| FrameRate::new(interval.denominator, interval.numerator));
+        let exposures = expose(&device, info, options);
         let stream = WebcamStream {
             name: info.name.clone(),
             size,
             frame_rate: rate.map_or(0.0, FrameRate::per_second),
             format: pixel_format,
-            exposure: expose(&device, info, options.exposure),
+            exposure: exposures.seconds(),
+            shorter_exposures: exposures.shorter(),
         };
         let buffers = start(&device).map_err(failed("does not start"))?;
-        Ok(Self { buffers, device, info: info.clone(), stream, stride: format.stride as usize })
+        Ok(Self { buffers, device, info: info.clone(), stream, stride: format.stride as usize, exposures })
     }
 
     pub(super) fn stream(&self) -> &WebcamStream {
         &self.stream
+    }
+
+    /// Changes the exposure: to the usual one, step 0, or one of the shorter ones.
+    pub(super) fn change_exposure(&mut self, step: usize) -> Result<(), String> {
+        self.exposures.set(&self.device, &self.info, step)
     }
 
     /// Waits for the next picture, but not longer than `limit`.

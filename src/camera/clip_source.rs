@@ -1,0 +1,104 @@
+//! Plays a recorded clip.
+
+use super::{
+    CameraError, Clip, FeedPace, FeedState,
+    feed::Picture,
+    source::{Arrival, Decoded, FrameSource},
+};
+use bevy::{
+    prelude::*,
+    tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
+};
+use std::{ops::RangeInclusive, path::Path, time::Duration};
+
+/// A clip and how far it has been played.
+pub(super) struct ClipSource {
+    clip: Clip,
+    pace: FeedPace,
+    /// When step 0 was due.
+    started: Option<Duration>,
+    next_step: u64,
+    running: Option<RunningSteps>,
+}
+
+/// Steps that are being decoded in the background.
+struct RunningSteps {
+    task: Task<Vec<(u64, Decoded)>>,
+    skipped: u64,
+}
+
+impl ClipSource {
+    pub(super) fn open(folder: &Path, pace: FeedPace) -> Result<Self, CameraError> {
+        Ok(Self { clip: Clip::open(folder)?, pace, started: None, next_step: 0, running: None })
+    }
+
+    fn take_in(&self, arrival: &mut Arrival, step: u64, decoded: Decoded) {
+        let exposure = self.clip.exposure(step);
+        let captured = self.started.unwrap_or_default() + self.clip.step(step).1;
+        match decoded.into_picture(captured, self.clip.intrinsics) {
+            Ok(picture) if exposure < 1.0 => arrival.shorter.push(Picture { exposure, ..picture }),
+            Ok(picture) => arrival.picture = Some(picture),
+            // The next picture may be good.
+            Err(error) => {
+                arrival.dropped += 1;
+                arrival.state = Some(FeedState::Lost(error.to_string()));
+            }
+        }
+    }
+
+    /// The steps up to the next picture that is shown or cannot be read.
+    fn next_in_lockstep(&mut self) -> Arrival {
+        let mut arrival = Arrival::default();
+        while arrival.picture.is_none() && arrival.state.is_none() {
+            let decoded = Decoded::from_file(self.clip.step(self.next_step).0);
+            self.take_in(&mut arrival, self.next_step, decoded);
+            self.next_step += 1;
+        }
+        arrival
+    }
+
+    /// The newest step of each exposure, in order; a slow game must not see short ones only.
+    fn newest_of_each(&self, steps: RangeInclusive<u64>) -> Vec<u64> {
+        let mut newest: Vec<u64> = Vec::new();
+        for step in steps.rev().take(self.clip.files.len()) {
+            if newest.iter().all(|newer| self.clip.exposure(*newer) != self.clip.exposure(step)) {
+                newest.push(step);
+            }
+        }
+        newest.reverse();
+        newest
+    }
+}
+
+impl FrameSource for ClipSource {
+    fn poll(&mut self, now: Duration) -> Arrival {
+        if self.pace == FeedPace::Lockstep {
+            return self.next_in_lockstep();
+        }
+        let mut arrival = Arrival::default();
+        if let Some(running) = &mut self.running {
+            let Some(decoded) = check_ready(&mut running.task) else {
+                return arrival;
+            };
+            arrival.dropped = running.skipped;
+            self.running = None;
+            for (step, decoded) in decoded {
+                self.take_in(&mut arrival, step, decoded);
+            }
+        }
+        let started = *self.started.get_or_insert(now);
+        let newest_step = (now.saturating_sub(started).as_secs_f64() * f64::from(self.clip.frame_rate)) as u64;
+        if newest_step >= self.next_step {
+            let due = self.next_step..=newest_step;
+            let shown = due.clone().filter(|step| self.clip.exposure(*step) == 1.0).count() as u64;
+            let files: Vec<_> =
+                (self.newest_of_each(due).into_iter()).map(|step| (step, self.clip.step(step).0.to_owned())).collect();
+            let decode =
+                async move { files.into_iter().map(|(step, file)| (step, Decoded::from_file(&file))).collect() };
+            let task = AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(decode);
+            self.running = Some(RunningSteps { task, skipped: shown.saturating_sub(1) });
+            self.next_step = newest_step + 1;
+        }
+        arrival
+    }
+}

@@ -1,0 +1,135 @@
+//! When a camera takes shorter exposures, and which of its pictures surely have the exposure that was asked for.
+//!
+//! Nobody says at which exposure a picture was taken. What was in the camera or on the cable when the exposure was changed has the
+//! old one, and USB cameras do as they are told one to three pictures late; a picture in between may have a mix of both. So the
+//! first pictures after each change are thrown away.
+
+use std::time::{Duration, Instant};
+
+/// Pictures after a change that are thrown away: the one that is on its way, and three that a camera may be late.
+const UNCERTAIN: u32 = 4;
+/// Time between two rounds, in which all pictures are shown: a round of one shorter exposure costs nine pictures.
+const PAUSE: Duration = Duration::from_secs(2);
+
+/// The camera's place in its rounds through the exposures.
+pub(super) struct ExposureRounds {
+    /// Light that the pictures of each step get; the first one is the usual exposure.
+    steps: Vec<f32>,
+    step: usize,
+    uncertain: u32,
+    next_round: Instant,
+}
+
+impl ExposureRounds {
+    /// A camera that has just been set to the usual exposure, 1, and takes shorter ones too, as shares of it.
+    pub(super) fn new(shorter: &[f32], now: Instant) -> Self {
+        let steps: Vec<f32> = std::iter::once(1.0).chain(shorter.iter().copied()).collect();
+        let uncertain = if shorter.is_empty() { 0 } else { UNCERTAIN };
+        Self { steps, step: 0, uncertain, next_round: now + PAUSE }
+    }
+
+    /// The exposure of a picture that has arrived; `None` if that is uncertain.
+    pub(super) fn arrived(&mut self) -> Option<f32> {
+        if self.uncertain > 0 {
+            self.uncertain -= 1;
+            return None;
+        }
+        Some(self.steps[self.step])
+    }
+
+    /// The step to which the exposure has to be changed now, after a good picture of a certain exposure. The pictures that arrive from now
+    /// on are taken for later than the change: those that had arrived before have to be taken out of the queue.
+    pub(super) fn next(&mut self, now: Instant) -> Option<usize> {
+        let is_due = self.steps.len() > 1 && (self.step > 0 || now >= self.next_round);
+        is_due.then(|| {
+            self.step = (self.step + 1) % self.steps.len();
+            self.uncertain = UNCERTAIN;
+            self.next_round = now + PAUSE;
+            self.step
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A camera that changes its exposure so many pictures after the one that is on its way.
+    struct LateCamera {
+        late: usize,
+        /// The exposure of the next pictures.
+        coming: Vec<usize>,
+        is_mixed: Vec<bool>,
+    }
+
+    impl LateCamera {
+        fn new(late: usize) -> Self {
+            Self { late, coming: vec![0; 10], is_mixed: vec![false; 10] }
+        }
+
+        fn set(&mut self, step: usize) {
+            self.coming[1 + self.late..].fill(step);
+            self.is_mixed[self.late] = true;
+        }
+
+        fn take(&mut self) -> (usize, bool) {
+            let last = self.coming[self.coming.len() - 1];
+            self.coming.push(last);
+            self.is_mixed.push(false);
+            (self.coming.remove(0), self.is_mixed.remove(0))
+        }
+    }
+
+    const SHORTER: [f32; 2] = [0.25, 0.05];
+    const INTERVAL: Duration = Duration::from_millis(33);
+
+    #[test]
+    fn every_picture_has_the_exposure_it_is_said_to_have_however_late_the_camera_is() {
+        for late in 0..=3 {
+            let mut camera = LateCamera::new(late);
+            let start = Instant::now();
+            let mut rounds = ExposureRounds::new(&SHORTER, start);
+            let (mut usual, mut shorter) = (0, Vec::new());
+            for i in 0..600 {
+                let (step, is_mixed) = camera.take();
+                let Some(exposure) = rounds.arrived() else { continue };
+                assert!(!is_mixed && exposure == [1.0, 0.25, 0.05][step], "picture {i}, {late} late");
+                if step == 0 {
+                    usual += 1;
+                } else {
+                    shorter.push(exposure);
+                }
+                if let Some(step) = rounds.next(start + i * INTERVAL) {
+                    camera.set(step);
+                }
+            }
+            // Twenty seconds: rounds of 2.5 seconds, of which two are usual ones.
+            assert!((7..=8).contains(&(shorter.len() / 2)), "{shorter:?}");
+            assert!(shorter.chunks(2).all(|round| round == SHORTER || round == [0.25]));
+            assert!(usual > 450, "{usual} of 600");
+        }
+    }
+
+    #[test]
+    fn a_damaged_picture_of_a_shorter_exposure_is_taken_again() {
+        let start = Instant::now();
+        let mut rounds = ExposureRounds::new(&SHORTER, start);
+        while rounds.arrived().is_none() {}
+        assert_eq!(rounds.next(start), None);
+        assert_eq!(rounds.next(start + PAUSE), Some(1));
+        while rounds.arrived().is_none() {}
+        // The damaged one is not followed by a change.
+        assert_eq!(rounds.arrived(), Some(0.25));
+        assert_eq!(rounds.next(start + PAUSE), Some(2));
+    }
+
+    #[test]
+    fn a_camera_without_shorter_exposures_is_never_changed_and_loses_no_picture() {
+        let start = Instant::now();
+        let mut rounds = ExposureRounds::new(&[], start);
+        for i in 0..200 {
+            assert_eq!(rounds.arrived(), Some(1.0));
+            assert_eq!(rounds.next(start + i * INTERVAL), None);
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! The clipped pieces of the sky where they are darker: in a dark ball beside the bright one, which is the same picture at a shorter
+//! exposure (Karlsson & Selegård 2005, 3.1.6), or in a picture at a shorter exposure (Debevec & Malik 1997).
+
+use super::{
+    camera_match::compare_papers,
+    desk_picture::{DeskPicture, Shot},
+    meter::MirrorBall,
+    ray_cast::sphere_is_hit,
+    regions::{Region, neighbors_of},
+    sky::{BallPicture, SKY_EDGE, SkyCell},
+};
+use crate::probe::{BallView, EDGE_MARGIN_PIXELS};
+use bevy::{math::DVec3, prelude::*};
+
+/// What a darker view says of a piece of the sky that the picture shows clipped: radiance · steradian per channel.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct DarkReading {
+    pub region: usize,
+    /// Light of the piece in the darker view.
+    pub energy: DVec3,
+    /// Per channel, whether the darker view clips there too or shows a part only: then it is that much light or more.
+    pub is_bound: [bool; 3],
+    /// Extra radiance of each of the region's cells, if both views show the light in the same place: then it is far away.
+    pub shape: Option<Vec<f32>>,
+    /// Share of the light that is clipped in the darker view, in the channel with the most.
+    clipped_share: f32,
+    /// What the darker view shows of a radiance of 1.
+    sensitivity: f32,
+}
+
+/// A ball elsewhere that shows at most this share of what the first one does tells more of lamps than that one.
+const DARKER: f32 = 0.5;
+/// Lamps as near as half a metre move this much from ball to ball, radians.
+const FARTHEST: f32 = 0.3;
+/// Clipped light in the darker view below this share of all does not count.
+const CLIPPED_SHARE: f32 = 0.02;
+/// Where the darker view shows less of a region's solid angle, the region has more light than that.
+const LEAST_COVERAGE: f32 = 0.8;
+/// So much of a light that is far away is where the bright ball has it.
+const LEAST_IN_PLACE: f32 = 0.7;
+/// Darker pixels than this, linear camera units (sRGB 16), are more noise than light.
+const DARKEST: f32 = 0.005;
+/// The paper may differ by this factor from what the exposure says before a shorter picture is taken for one of other light.
+const MOST_MISMATCH: f32 = 1.25;
+/// Paper darker than this in a shorter picture, linear camera units (sRGB 10), tells nothing about its exposure.
+const DARKEST_PAPER: f32 = 0.003;
+
+/// Reads the clipped pieces of the sky in all views that are darker.
+pub(super) fn read_darker_views(picture: &DeskPicture, sky: &[SkyCell], regions: &[Region]) -> Vec<DarkReading> {
+    let balls = picture.balls();
+    let shots = std::iter::once(picture.shot()).chain(picture.shorter_shots().filter(|shot| fits(picture, shot)));
+    let views = shots
+        .flat_map(|shot| balls.iter().enumerate().map(move |(i, ball)| DarkerView { shot, ball, is_first: i == 0 }));
+    let readings = views.filter(|view| view.is_darker(picture)).flat_map(|view| view.read(picture, sky, regions));
+    best(readings.collect())
+}
+
+/// Of the readings that are no bounds the one with the least clipped light, and among these the brightest, which has the least noise.
+fn best(readings: Vec<DarkReading>) -> Vec<DarkReading> {
+    let is_whole = |reading: &DarkReading| reading.is_bound == [false; 3];
+    let is_better = |a: &DarkReading, b: &DarkReading| {
+        let by_clipping = a.clipped_share.total_cmp(&b.clipped_share);
+        by_clipping.then(b.sensitivity.total_cmp(&a.sensitivity)).is_lt()
+    };
+    let is_beaten = |reading: &DarkReading| {
+        readings.iter().any(|other| other.region == reading.region && is_whole(other) && is_better(other, reading))
+    };
+    readings.iter().filter(|reading| !is_whole(reading) || !is_beaten(reading)).cloned().collect()
+}
+
+/// Whether the paper says that the light is the same and the exposure is what is said; no paper says nothing.
+fn fits(picture: &DeskPicture, shot: &Shot) -> bool {
+    let Some(paper) = compare_papers((picture.shot(), &picture.papers), (*shot, &picture.papers), DARKEST_PAPER) else {
+        return true;
+    };
+    let mismatch = paper.gain * shot.exposure;
+    let fits = mismatch.max_element() <= MOST_MISMATCH && mismatch.min_element() >= 1.0 / MOST_MISMATCH;
+    if !fits {
+        debug!("a shorter exposure of {} is ignored: its paper is {mismatch} times too dark", shot.exposure);
+    }
+    fits
+}
+
+/// The region to which a direction is nearest, if a lamp of it may stand there in another ball.
+fn nearest(dir_world: Vec3, sky: &[SkyCell], regions: &[Region]) -> Option<usize> {
+    let distance = |region: &Region| {
+        let nearest = region.cells.iter().map(|&i| sky[i].dir_world.distance_squared(dir_world));
+        nearest.fold(f32::INFINITY, f32::min)
+    };
+    let nearest = regions.iter().enumerate().map(|(r, region)| (r, distance(region)));
+    let nearest = nearest.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, d)| *d < FARTHEST * FARTHEST);
+    nearest.map(|(r, _)| r)
+}
+
+/// Per cell, the region that it is in or touches, and what is known of its light without the region's gain: the rim of a lamp is a
+/// part of it, however dim.
+fn in_place(sky: &[SkyCell], regions: &[Region]) -> Vec<Option<(usize, Vec3)>> {
+    let mut cells = vec![None; sky.len()];
+    for (r, region) in regions.iter().enumerate() {
+        for &i in &region.cells {
+            cells[i] = Some((r, sky[i].seen - sky[i].clipped - sky[i].limited));
+        }
+    }
+    for (r, region) in regions.iter().enumerate() {
+        for &i in region.cells.iter().flat_map(|&i| neighbors_of(i)) {
+            cells[i].get_or_insert((r, sky[i].seen));
+        }
+    }
+    cells
+}
+
+/// A ball in a picture.
+struct DarkerView<'a> {
+    shot: Shot<'a>,
+    ball: &'a MirrorBall,
+    /// Whether it is the ball that shows the sky.
+    is_first: bool,
+}
+
+impl DarkerView<'_> {
+    fn sensitivity(&self) -> f32 {
+        self.shot.exposure * self.ball.reflectance
+    }
+
+    fn is_darker(&self, picture: &DeskPicture) -> bool {
+        // The same ball at a shorter exposure is worth it however little shorter that is.
+        let most = if self.is_first { 1.0 } else { DARKER };
+        self.sensitivity() < most * picture.ball.reflectance
+    }
+
+    fn read(&self, picture: &DeskPicture, sky: &[SkyCell], regions: &[Region]) -> Vec<DarkReading> {
+        let Self { shot, ball, .. } = self;
+        let Some(view) = BallView::new(shot.camera_from_world.transform_point3(ball.center), ball.radius) else {
+            return Vec::new();
+        };
+        let dark = BallPicture::new(*shot, ball, &view).sky(SKY_EDGE);
+        let is_shown = self.shown(picture, &view);
+        let in_place = if self.is_first { in_place(sky, regions) } else { vec![None; sky.len()] };
+        // What is brighter than white in the darker view is what the bright one clips; lamps that are near stand elsewhere in it.
+        let white = (1.0 / picture.ball.reflectance).max(DARKEST / self.sensitivity());
+        let mut sums = vec![(Vec3::ZERO, Vec3::ZERO); regions.len()];
+        for (cell, in_place) in dark.iter().zip(in_place).filter(|(cell, _)| is_shown(cell.dir_world)) {
+            let is_bright = cell.seen.max_element() >= white;
+            let moved = || nearest(cell.dir_world, sky, regions).filter(|_| is_bright).map(|r| (r, Vec3::ZERO));
+            if let Some((r, known)) = in_place.or_else(moved) {
+                sums[r].0 += cell.solid_angle * (cell.seen - known);
+                sums[r].1 += cell.solid_angle * (cell.clipped + cell.limited);
+            }
+        }
+        let is_covered = |region: &Region| {
+            let shown = region.cells.iter().map(|&i| &sky[i]).filter(|cell| is_shown(cell.dir_world));
+            shown.map(|cell| cell.solid_angle).sum::<f32>() >= LEAST_COVERAGE * region.solid_angle
+        };
+        let readings = sums.into_iter().zip(regions).enumerate().filter_map(|(region, ((energy, clipped), cells))| {
+            let clipped_share = |c: usize| if energy[c] > 0.0 { clipped[c] / energy[c] } else { 0.0 };
+            let is_bound = |c| clipped_share(c) > CLIPPED_SHARE || !is_covered(cells);
+            let extra = |&i: &usize| (dark[i].seen - sky[i].seen).element_sum().max(0.0);
+            let energy = energy.max(Vec3::ZERO);
+            let in_place: f32 = cells.cells.iter().map(|&i| sky[i].solid_angle * dark[i].seen.element_sum()).sum();
+            let is_in_place = in_place >= LEAST_IN_PLACE * energy.element_sum() && is_covered(cells);
+            let shape: Vec<f32> = cells.cells.iter().map(extra).collect();
+            let has_shape = is_in_place && shape.iter().any(|extra| *extra > 0.0);
+            let white: Vec3 = cells.cells.iter().map(|&i| sky[i].solid_angle * (sky[i].clipped + sky[i].limited)).sum();
+            // The same ball cannot show it darker than it is known to be: a lamp that has just been switched on.
+            let is_other = self.is_first && energy.element_sum() < LEAST_IN_PLACE * white.element_sum();
+            (!is_other).then(|| DarkReading {
+                region,
+                energy: energy.as_dvec3(),
+                is_bound: std::array::from_fn(is_bound),
+                shape: has_shape.then_some(shape),
+                clipped_share: (0..3).map(clipped_share).fold(0.0, f32::max),
+                sensitivity: self.sensitivity(),
+            })
+        });
+        readings.collect()
+    }
+
+    /// Whether the ball shows a direction to the camera, past its own rim and the other balls.
+    fn shown(&self, picture: &DeskPicture, view: &BallView) -> impl Fn(Vec3) -> bool {
+        let ball = *self.ball;
+        let edge_angle = view.edge_angle(&self.shot.intrinsics, EDGE_MARGIN_PIXELS);
+        let eye: Vec3 = self.shot.camera_from_world.inverse().translation.into();
+        let to_camera = (eye - ball.center).normalize_or_zero();
+        let others: Vec<MirrorBall> = picture.balls().into_iter().filter(|other| other.center != ball.center).collect();
+        move |dir| {
+            let is_hidden = |other: &MirrorBall| {
+                let from_surface = other.center - ball.center - ball.radius * (dir + to_camera).normalize_or_zero();
+                sphere_is_hit(from_surface, other.radius, dir) || sphere_is_hit(from_surface, other.radius, to_camera)
+            };
+            dir.angle_between(to_camera) < edge_angle && !others.iter().any(is_hidden)
+        }
+    }
+}
