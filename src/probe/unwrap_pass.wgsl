@@ -78,8 +78,9 @@ const SMOOTH: f32 = 1.0;
 const LEAK: f32 = 0.4;
 /// A leak of half a pixel could not be made up for at all; that of a texel as large as a pixel is 0.17.
 const MOST_LEAK: f32 = 0.25;
-/// Texel sizes in pixels from which on less and nothing is made up for: then the cube is too coarse for single pixels.
-const COARSE: vec2f = vec2f(1.0, 1.5);
+/// Texel sizes in pixels from which on less and nothing is made up for: two texels per pixel can follow single pixels, one
+/// cannot and would only get harder edges than the room has.
+const COARSE: vec2f = vec2f(0.5, 1.0);
 /// Cells along an edge of the cube of gains, `ClipGains::EDGE`.
 const GAINS_EDGE: u32 = 32u;
 /// Points of the rim that a hidden direction is the mean of.
