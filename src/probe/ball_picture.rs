@@ -1,6 +1,9 @@
 //! A photograph of a mirrored ball, unwrapped on the CPU: for tools, and the shader's twin for tests.
 
-use super::{BallView, recovery::EDGE_MARGIN_PIXELS};
+use super::{
+    BallView,
+    recovery::{EDGE_MARGIN_PIXELS, is_clipped},
+};
 use crate::{
     camera::{FramePixels, Intrinsics},
     sky::{EquirectPixels, equirect_direction},
@@ -9,8 +12,11 @@ use bevy::prelude::*;
 use std::f32::consts::PI;
 
 /// As in the shader `unwrap_pass.wgsl`, where the reasons are.
-const SHARP: f32 = 3.0;
+const SHARP_BALL: f32 = 2.0;
 const SMOOTH: f32 = 1.0;
+const LEAK: f32 = 0.4;
+const MOST_LEAK: f32 = 0.25;
+const COARSE: [f32; 2] = [0.5, 1.0];
 const RIM: [f32; 2] = [0.6, 0.15];
 const RING: u32 = 12;
 const MOST_SAMPLES: f32 = 4.0;
@@ -110,7 +116,7 @@ impl<'a> BallPicture<'a> {
         let [pixel, right, below] = [dir, dir + across, dir + down].map(|d| self.pixel(d.normalize(), edge));
         let (right, below) = (right - pixel, below - pixel);
         let at_rim = smoothstep(edge - RIM[0], edge - RIM[1], angle);
-        let sharpness = SHARP + (SMOOTH - SHARP) * at_rim;
+        let sharpness = SHARP_BALL + (SMOOTH - SHARP_BALL) * at_rim;
         let count = Vec2::new(right.length(), below.length()).ceil().clamp(Vec2::ONE, Vec2::splat(MOST_SAMPLES));
         let mut sum = Vec3::ZERO;
         for j in 0..count.y as u32 {
@@ -119,7 +125,8 @@ impl<'a> BallPicture<'a> {
                 sum += self.sample(pixel + right * offset.x + below * offset.y, sharpness);
             }
         }
-        let seen = sum / (count.x * count.y * self.reflectance);
+        let mean = sum / (count.x * count.y);
+        let seen = (mean + self.leaked(pixel, [right, below], sharpness).clamp(-mean, mean)) / self.reflectance;
         if angle <= edge {
             return seen;
         }
@@ -153,11 +160,33 @@ impl<'a> BallPicture<'a> {
     }
 
     fn sample(&self, pixel: Vec2, sharpness: f32) -> Vec3 {
-        let corner = (pixel - 0.5).floor();
-        let t = ((pixel - 1.0 - corner) * sharpness + 0.5).clamp(Vec2::ZERO, Vec2::ONE);
-        let at = |dx: i32, dy: i32| self.frame.linear(corner.x as i32 + dx, corner.y as i32 + dy);
-        at(0, 0).lerp(at(1, 0), t.x).lerp(at(0, 1).lerp(at(1, 1), t.x), t.y)
+        between_pixels(pixel, sharpness, |x, y| self.frame.linear(x, y))
     }
+
+    /// As in the shader.
+    fn leaked(&self, pixel: Vec2, texel: [Vec2; 2], sharpness: f32) -> Vec3 {
+        let spread = 1.0 / (12.0 * sharpness * sharpness) + (texel[0] * texel[0] + texel[1] * texel[1]) / 6.0;
+        let leak = (LEAK * spread.map(f32::sqrt)).min(Vec2::splat(MOST_LEAK));
+        let size = texel[0].perp_dot(texel[1]).abs().sqrt();
+        let is_fine = ((COARSE[1] - size) / (COARSE[1] - COARSE[0])).clamp(0.0, 1.0);
+        let share = is_fine * leak / (1.0 - 2.0 * leak);
+        between_pixels(pixel, sharpness, |x, y| {
+            let at = |dx: i32, dy: i32| self.frame.linear(x + dx, y + dy);
+            if is_clipped(self.frame, x, y) {
+                return Vec3::ZERO;
+            }
+            let twice = 2.0 * at(0, 0);
+            share.x * (twice - at(-1, 0) - at(1, 0)) + share.y * (twice - at(0, -1) - at(0, 1))
+        })
+    }
+}
+
+/// Lookup between four pixels.
+fn between_pixels(pixel: Vec2, sharpness: f32, value: impl Fn(i32, i32) -> Vec3) -> Vec3 {
+    let corner = (pixel - 0.5).floor();
+    let t = ((pixel - 1.0 - corner) * sharpness + 0.5).clamp(Vec2::ZERO, Vec2::ONE);
+    let at = |dx: i32, dy: i32| value(corner.x as i32 + dx, corner.y as i32 + dy);
+    at(0, 0).lerp(at(1, 0), t.x).lerp(at(0, 1).lerp(at(1, 1), t.x), t.y)
 }
 
 fn smoothstep(from: f32, to: f32, x: f32) -> f32 {

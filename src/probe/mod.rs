@@ -23,6 +23,11 @@
 //! All balls and every [`LightProbeCamera`] (fisheye, 360°, sphere map) write one cube, one after the other; where several see, the finer
 //! picture wins. So a fisheye that looks up and a ball that shows the rest become one environment (row A9).
 //!
+//! # As sharp as the picture
+//! A mirror that reads the cube linearly between its texels should show the pixels of the picture again, not a blur of them. What the
+//! passages between pixels and between texels spread over the neighbors is therefore taken back from them. Clipped pixels are left as they
+//! are; what a lamp has spread into its neighbors goes, for a clipped lamp counts as white already.
+//!
 //! # Clipped light, first form
 //! An 8-bit camera shows a lamp no brighter than white paper. What the clipped pixels of the ball lack is told by the marker's
 //! paper: the irradiance the ball predicts at it must be what its brightness says, π · paper ÷ paper reflectance (after Debevec
@@ -34,8 +39,8 @@
 //! replaces this one a picture later (in lockstep at once).
 //!
 //! # Cost
-//! One compute dispatch of 6 · size² threads per picture, each with three searches for a pixel and as many lookups of four pixels as it covers
-//! pixels (one for balls up to some 250 pixels across, at most 16), and a copy of the cube; on the CPU 12 000 picture lookups per new picture
+//! One compute dispatch of 6 · size² threads per picture, each with three searches for a pixel, as many lookups of four pixels as it covers
+//! pixels (one for balls up to some 250 pixels across, at most 16) and one of twelve for what is spread, and a copy of the cube; on the CPU 12 000 picture lookups per new picture
 //! for the recovery and 216 for what has changed.
 //!
 //! # Limits

@@ -69,8 +69,18 @@ const MOST_SAMPLES: f32 = 4.0;
 /// How much steeper than linear the passage from pixel to pixel is, so that a pixel's mean stays its own (4 % leak to each
 /// neighbor instead of 12.5 %).
 const SHARP: f32 = 3.0;
+/// The same for a ball, whose pixels are made up for what they leak: less steep, so that they do not show as squares.
+const SHARP_BALL: f32 = 2.0;
 /// Linear, for the rim of a ball, where a pixel spans so many degrees that its middle counts more than its mean.
 const SMOOTH: f32 = 1.0;
+/// Share of a pixel that gets to the neighbor on one side, per standard deviation of what spreads it, in pixels: half the mean size of
+/// a normal deviate.
+const LEAK: f32 = 0.4;
+/// A leak of half a pixel could not be made up for at all; that of a texel as large as a pixel is 0.17.
+const MOST_LEAK: f32 = 0.25;
+/// Texel sizes in pixels from which on less and nothing is made up for: two texels per pixel can follow single pixels, one
+/// cannot and would only get harder edges than the room has.
+const COARSE: vec2f = vec2f(0.5, 1.0);
 /// Cells along an edge of the cube of gains, `ClipGains::EDGE`.
 const GAINS_EDGE: u32 = 32u;
 /// Points of the rim that a hidden direction is the mean of.
@@ -87,16 +97,21 @@ const USUAL_CONFIDENCE: f32 = 0.03;
 /// Angles inside the rim over which the picture itself takes over from the ball's coarse image of it, in radians.
 const RIM: vec2f = vec2f(0.6, 0.15);
 
-/// A pixel with its clipped channels multiplied, but none beyond what its other channels make likely. Twin of `gain_limits`
-/// in recovery.rs.
-fn recovered(pixel: vec2i, gain: vec3f) -> vec3f {
+/// A pixel as the camera gave it.
+fn photographed(pixel: vec2i) -> vec3f {
     let size = vec2i(textureDimensions(frame));
 #ifdef EQUIRECT
     let column = ((pixel.x % size.x) + size.x) % size.x;
-    let value = textureLoad(frame, vec2i(column, clamp(pixel.y, 0, size.y - 1)), 0).rgb;
+    return textureLoad(frame, vec2i(column, clamp(pixel.y, 0, size.y - 1)), 0).rgb;
 #else
-    let value = textureLoad(frame, clamp(pixel, vec2i(0), size - 1), 0).rgb;
+    return textureLoad(frame, clamp(pixel, vec2i(0), size - 1), 0).rgb;
 #endif
+}
+
+/// A pixel with its clipped channels multiplied, but none beyond what its other channels make likely. Twin of `gain_limits`
+/// in recovery.rs.
+fn recovered(pixel: vec2i, gain: vec3f) -> vec3f {
+    let value = photographed(pixel);
     let is_clipped = value >= vec3f(unwrap.clipped_from);
     if !any(is_clipped) {
         return value;
@@ -191,6 +206,33 @@ struct Seen {
 }
 
 #ifdef BALL
+/// What a pixel has more than its neighbors, times a share for those beside and those above and below. A clipped one keeps what
+/// it has: how much more it should get, nobody knows.
+fn excess(pixel: vec2i, share: vec2f) -> vec3f {
+    let value = photographed(pixel);
+    let beside = photographed(pixel - vec2i(1, 0)) + photographed(pixel + vec2i(1, 0));
+    let above_and_below = photographed(pixel - vec2i(0, 1)) + photographed(pixel + vec2i(0, 1));
+    let more = share.x * (2.0 * value - beside) + share.y * (2.0 * value - above_and_below);
+    return select(more, vec3f(0.0), any(value >= vec3f(unwrap.clipped_from)));
+}
+
+/// What a lookup lacks so that the cube, read linearly between its texels, gives back the pixels of the picture. A step of Van Cittert's
+/// deconvolution (1931): the passage between pixels and that between texels spread each pixel over its neighbors by a known
+/// share, which is taken back from them. Beside a lamp that is light of the lamp, which counts as white already.
+fn leaked(pixel: vec2f, texel: mat2x2f, sharpness: f32) -> vec3f {
+    // Variances of a box as wide as the passage and of a triangle two texels wide, along the picture's axes.
+    let spread = 1.0 / (12.0 * sharpness * sharpness) + (texel[0] * texel[0] + texel[1] * texel[1]) / 6.0;
+    let leak = min(LEAK * sqrt(spread), vec2f(MOST_LEAK));
+    let is_fine = clamp((COARSE.y - sqrt(abs(determinant(texel)))) / (COARSE.y - COARSE.x), 0.0, 1.0);
+    let share = is_fine * leak / (1.0 - 2.0 * leak);
+    let corner = floor(pixel - 0.5);
+    let t = clamp((pixel - 1.0 - corner) * sharpness + 0.5, vec2f(0.0), vec2f(1.0));
+    let p = vec2i(corner);
+    let top = mix(excess(p, share), excess(p + vec2i(1, 0), share), t.x);
+    let bottom = mix(excess(p + vec2i(0, 1), share), excess(p + vec2i(1, 1), share), t.x);
+    return mix(top, bottom, t.y);
+}
+
 fn project(pos_camera: vec3f) -> vec2f {
     return unwrap.center + unwrap.focal * vec2f(pos_camera.x, -pos_camera.y) / max(-pos_camera.z, 1e-6);
 }
@@ -255,7 +297,10 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
     let gain = gain_from(dir_world, dir);
     var seen: Seen;
     let at_rim = smoothstep(ball.edge_angle - RIM.x, ball.edge_angle - RIM.y, angle);
-    seen.radiance = mean_of_frame(pixel, texel, gain, mix(SHARP, SMOOTH, at_rim)) / ball.reflectance;
+    let sharpness = mix(SHARP_BALL, SMOOTH, at_rim);
+    let mean = mean_of_frame(pixel, texel, gain, sharpness);
+    // At most all of it is taken away and as much added: sensor noise in the dark stays small.
+    seen.radiance = (mean + clamp(leaked(pixel, texel, sharpness), -mean, mean)) / ball.reflectance;
     seen.resolution = clamp(sqrt(abs(determinant(texel))), LEAST_CONFIDENCE, 1.0);
     seen.shown = view_of(point) * clamp((ball.edge_angle - angle) / RIM.y, 0.0, 1.0);
     // At the edge of what is shown the guess continues it; where the ball is covered or outside of the picture it is worth little.
