@@ -78,7 +78,7 @@ fn smooth_halve(@builtin(global_invocation_id) id: vec3u) {
 
 // --- convolve --------------------------------------------------------------------------------------------------------
 
-/// Mirror of `TapsUniform` in filter.rs.
+/// Mirror of `TapsUniform` in filter_maker.rs.
 struct Taps {
     /// Of each tap, ring by ring; w: of the next rougher level.
     shares: vec4f,

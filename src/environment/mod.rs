@@ -47,6 +47,7 @@
 //! ```
 
 mod filter;
+mod filter_maker;
 mod filter_pass;
 mod harmonics;
 mod lobe;

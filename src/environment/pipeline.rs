@@ -1,6 +1,6 @@
 //! Layouts and pipelines of the environment filter.
 
-use super::{filter::TapsUniform, lobe::TapSet};
+use super::{filter_maker::TapsUniform, lobe::TapSet};
 use bevy::{
     asset::load_embedded_asset,
     prelude::*,

@@ -1,5 +1,7 @@
 //! Ray-traced pictures of a desk under any sky and any lamps, with what is known of them: a marker's paper, mirrored balls, folded paper.
 
+#![allow(dead_code, reason = "each test file uses a part")]
+
 use bevy::{math::Affine3A, prelude::*};
 use bevy_mirrorball::{
     camera::{FramePixels, Intrinsics},
