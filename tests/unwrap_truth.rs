@@ -20,9 +20,9 @@ use truth::TrueSky;
 /// 26.4 and 26.1 % (0.8 % and less in the other rooms); with the lens's blur (0.5 pixels) left out it would be 9 and 10 %. Below that the unwrap gets only
 /// because it takes back what lamps have spread into their neighbors.
 const IRRADIANCE_TOLERANCE: [f32; 5] = [0.25, 0.01, 0.01, 0.25, 0.01];
-/// Of the photograph's mean, for balls 170, 85 and 29 pixels wide: rooms full of edges, one of them nearly black, with the sensor's noise (1 to 2 % of
+/// Of the photograph's mean, for balls 170, 85 and 29 pixels wide: rooms full of edges, one of them nearly black, with the sensor's noise (1.5 to 2.3 % of
 /// the bright rooms, 10 % of the dark one's upper half). Of the large balls the cube's texels (0.7°, half a pixel, read bilinearly) lose most:
-/// at twice the edge length 0.8 % would be left of the studio's 1.8 %.
+/// at twice the edge length 0.6 % would be left of the studio's 1.7 %.
 const REPRODUCTION_TOLERANCE: [f32; 3] = [0.02, 0.02, 0.02];
 const REDUCTIONS: [u32; 3] = [1, 2, 6];
 /// What the photograph mixes with the background.
