@@ -11,7 +11,7 @@ use bevy_mirrorball::{
     environment::{EquirectPixels, equirect_direction},
     lighting::{
         DeskPicture, FoundLight, LightingPlugin, MirrorBall, RealLight, RealLightAppeared, RealLightVanished,
-        RecoveredLight, SelfCheck, SolvedLight, SolverCache, match_cameras, solve_light,
+        RecoveredLight, SelfCheck, SolverCache, match_cameras, solve_light,
     },
     prelude::*,
     probe::{BallSurface, ClipEvidence, ClipRecovery, ProbePlugin},
