@@ -208,10 +208,7 @@ struct Seen {
 #ifdef BALL
 /// What a pixel has more than its neighbors, times a share for those beside and those above and below. A clipped one keeps what
 /// it has: how much more it should get, nobody knows.
-fn excess(pixel: vec2i, share: vec2f) -> vec3f {
-    let value = photographed(pixel);
-    let beside = photographed(pixel - vec2i(1, 0)) + photographed(pixel + vec2i(1, 0));
-    let above_and_below = photographed(pixel - vec2i(0, 1)) + photographed(pixel + vec2i(0, 1));
+fn excess(value: vec3f, beside: vec3f, above_and_below: vec3f, share: vec2f) -> vec3f {
     let more = share.x * (2.0 * value - beside) + share.y * (2.0 * value - above_and_below);
     return select(more, vec3f(0.0), any(value >= vec3f(unwrap.clipped_from)));
 }
@@ -228,8 +225,20 @@ fn leaked(pixel: vec2f, texel: mat2x2f, sharpness: f32) -> vec3f {
     let corner = floor(pixel - 0.5);
     let t = clamp((pixel - 1.0 - corner) * sharpness + 0.5, vec2f(0.0), vec2f(1.0));
     let p = vec2i(corner);
-    let top = mix(excess(p, share), excess(p + vec2i(1, 0), share), t.x);
-    let bottom = mix(excess(p + vec2i(0, 1), share), excess(p + vec2i(1, 1), share), t.x);
+    let top_left = photographed(p);
+    let top_right = photographed(p + vec2i(1, 0));
+    let bottom_left = photographed(p + vec2i(0, 1));
+    let bottom_right = photographed(p + vec2i(1, 1));
+    let top = mix(
+        excess(top_left, photographed(p - vec2i(1, 0)) + top_right, photographed(p - vec2i(0, 1)) + bottom_left, share),
+        excess(top_right, top_left + photographed(p + vec2i(2, 0)), photographed(p + vec2i(1, -1)) + bottom_right, share),
+        t.x,
+    );
+    let bottom = mix(
+        excess(bottom_left, photographed(p + vec2i(-1, 1)) + bottom_right, top_left + photographed(p + vec2i(0, 2)), share),
+        excess(bottom_right, bottom_left + photographed(p + vec2i(2, 1)), top_right + photographed(p + vec2i(1, 2)), share),
+        t.x,
+    );
     return mix(top, bottom, t.y);
 }
 
