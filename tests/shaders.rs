@@ -69,6 +69,7 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             filtered.flat_map(|set| [set.clone(), [set.as_slice(), &[multisampled]].concat()]).collect()
         }
         Some("soft_edges.wgsl") => vec![vec![], vec![&["MULTISAMPLED"] as &[&str]]],
+        // The rings of taps in environment/lobe.rs.
         Some("filter_pass.wgsl") => {
             let taps: [&[&str]; 2] = [
                 &["INNER_TAPS=5", "MIDDLE_TAPS=5", "OUTER_TAPS=0"],

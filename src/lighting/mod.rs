@@ -27,7 +27,7 @@
 //! - A dark ball ([`LightProbeSphere::is_dark`](crate::probe::LightProbeSphere::is_dark), K 3.1.6) shows in the same picture what the
 //!   bright one clips: how bright each piece is and how its light is spread. What it clips too remains a lower bound.
 //! - A [`ShorterExposure`] of the same desk shows the same in the bright ball itself (after Debevec & Malik 1997). Of several views of a
-//!   piece the brightest that does not clip it counts. A picture whose paper is not as dark as its exposure says, by a quarter or
+//!   piece the one that clips least of it counts, of several such ones the brightest. A picture whose paper is not as dark as its exposure says, by a quarter or
 //!   more, shows other light and is ignored. On a ray-traced desk with lamps 90, 18 and 4 times white, and nothing but the
 //!   marker's paper beside the ball, their errors go from −42, +200 and +113 % to +2, 0 and −3 % with exposures of 1/8 and 1/125.
 //!   A camera's [`ShorterFrames`](crate::camera::ShorterFrames) are told of with the next usual picture, for five seconds at most; where the
