@@ -64,11 +64,12 @@ fn draw_to_files(frames: u32, out: &std::path::Path) -> Outcome<()> {
     let (picture, target) = offscreen::add_target(&mut app, PICTURE);
     let camera = camera(app.world());
     app.world_mut().spawn((camera, target));
+    offscreen::settle(&mut app)?;
     for frame in 0..frames {
         app.world_mut().resource_mut::<Sky>().time = frame as f32 * HEADLESS_STEP;
-        // Shaders and textures arrive in the first frames.
+        // The sky reaches the renderer, its cube, and the light.
         for _ in 0..3 {
-            app.update();
+            offscreen::update(&mut app)?;
         }
         let bytes = offscreen::read_texture(&mut app, &picture)?;
         let file = out.join(format!("frame_{frame:04}.png"));

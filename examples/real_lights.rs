@@ -16,7 +16,11 @@ use bevy_mirrorball::{
     tracking::MarkerTracking,
 };
 use lexopt::prelude::*;
-use std::{path::PathBuf, process::ExitCode};
+use std::{
+    path::PathBuf,
+    process::ExitCode,
+    time::{Duration, Instant},
+};
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
@@ -31,8 +35,8 @@ usage: real_lights [--picture N] [--out FILE]
 /// Size and intrinsics of the recorded pictures.
 const SIZE: UVec2 = UVec2::new(640, 480);
 const FOCAL: f32 = 601.832_46;
-/// Updates to wait for assets and shaders.
-const MOST_UPDATES: u32 = 3000;
+/// To wait for assets and shaders.
+const PATIENCE: Duration = Duration::from_secs(120);
 /// Where the arrows point to, in the marker's frame, metres.
 const TARGET: Vec3 = Vec3::new(-0.02, 0.02, -0.01);
 
@@ -90,22 +94,18 @@ fn draw(picture: u32, is_enabled: bool) -> Outcome<image::RgbImage> {
         app.world().resource::<AssetServer>().load(GltfAssetLabel::Scene(0).from_asset("desk/desk.glb"));
     app.world_mut().spawn(WorldAssetRoot(scene.clone()));
     app.world_mut().spawn(ShadowDomeLight::default());
-    let mut waited = 0;
+    let started = Instant::now();
     while !is_ready(&mut app, &scene, is_enabled)? {
-        app.update();
-        std::thread::sleep(std::time::Duration::from_millis(1));
-        waited += 1;
-        if waited > MOST_UPDATES {
+        offscreen::update(&mut app)?;
+        std::thread::sleep(Duration::from_millis(1));
+        if started.elapsed() > PATIENCE {
             return Err("the lights were not found: is the marker in the picture?".into());
         }
     }
     if let Some(mut camera) = app.world_mut().get_mut::<Camera>(camera) {
         camera.is_active = true;
     }
-    // Materials and pipelines take a frame or two.
-    for _ in 0..4 {
-        app.update();
-    }
+    offscreen::settle(&mut app)?;
     let pixels = offscreen::read_texture(&mut app, &texture)?;
     let rgb = pixels.chunks_exact(4).flat_map(|p| &p[..3]).copied().collect();
     let mut picture =

@@ -165,8 +165,9 @@ fn draw_to_files(options: &Options) -> Outcome<()> {
     let (picture, target) = offscreen::add_target(&mut app, options.size);
     app.world_mut().spawn((camera(), target));
     for _ in 0..WARM_UP_FRAMES {
-        app.update();
+        offscreen::update(&mut app)?;
     }
+    offscreen::settle(&mut app)?;
     for frame in 0..options.frames {
         for _ in 1..FRAMES_A_PICTURE {
             app.world_mut().resource_mut::<Lab>().time += HEADLESS_STEP;

@@ -83,7 +83,10 @@ pub mod materials;
 pub mod authoring;
 pub mod debug;
 pub mod offscreen;
+mod device;
+mod schedule;
 mod sky;
+mod trigonometry;
 use bevy::{app::PluginGroupBuilder, prelude::*};
 
 /// All of the crate. Add after [`DefaultPlugins`].
@@ -123,23 +126,7 @@ impl PluginGroup for MirrorballPlugins {
     }
 }
 
-/// The order of this crate's work within one frame.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum MirrorballSystems {
-    /// `PreUpdate`: the newest camera frame is taken in ([`camera`]).
-    Poll,
-    /// `PreUpdate`, after [`Poll`](Self::Poll): markers are found, the camera or the anchors move ([`tracking`]).
-    Track,
-    /// `PostUpdate`, after transforms are propagated: what depends on poses is computed.
-    Measure,
-}
-
-/// Points in the render graph that other passes can order themselves by.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum MirrorballPasses {
-    /// Environment cubes have been written for this frame once this set is done ([`probe`]).
-    WriteCubes,
-}
+pub use schedule::{MirrorballPasses, MirrorballSystems};
 
 /// What most games import.
 pub mod prelude {

@@ -3,10 +3,14 @@
 //! Everything in this crate runs headless, on software Vulkan too. This module saves each headless program the same thirty
 //! lines: an [`App`] without window and event loop, a texture to render into, and a way to get textures back to the CPU.
 //!
-//! Shaders are assets that load in the background, so the first few frames of an app may lack passes: update until what you
-//! wait for has arrived.
+//! Shaders are assets that load in the background, so the first few frames of an app may lack passes: [`settle`] waits for them,
+//! [`update_until`] for anything else. Both, and all that reads textures, have their deadlines in seconds, since frames in which
+//! nothing is drawn take no time.
 
-use crate::camera::unpad_rows;
+use crate::{
+    camera::unpad_rows,
+    device::{self, DeviceState, PATIENCE, WaitBeforeDrop},
+};
 use bevy::{
     app::{PanicHandlerPlugin, PluginGroupBuilder},
     asset::RenderAssetUsages,
@@ -19,17 +23,24 @@ use bevy::{
     light::LightPlugin,
     mesh::MeshPlugin,
     pbr::PbrPlugin,
+    platform::collections::HashSet,
     prelude::*,
     render::{
-        RenderPlugin,
+        RenderApp, RenderPlugin,
         gpu_readback::{Readback, ReadbackComplete},
-        render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
+        render_resource::{
+            CachedPipeline, Extent3d, PipelineCache, PipelineDescriptor, TextureDimension, TextureFormat, TextureUsages,
+        },
+        renderer::RenderDevice,
     },
     time::TimePlugin,
     window::ExitCondition,
     world_serialization::WorldSerializationPlugin,
 };
-use std::collections::VecDeque;
+use std::{
+    collections::VecDeque,
+    time::{Duration, Instant},
+};
 
 /// Why a headless program cannot render.
 #[derive(thiserror::Error, Debug)]
@@ -41,13 +52,28 @@ pub enum OffscreenError {
     NoAdapter(String),
     /// A texture did not come back from the GPU.
     #[error(
-        "a texture did not come back from the GPU within {0} frames; does it exist and has it the usage COPY_SRC? With logging on, Bevy may say why rendering stopped"
+        "a texture did not come back from the GPU, which has nothing left to do; does it exist and has it the usage COPY_SRC? With logging on, Bevy may say why rendering stopped"
     )]
-    NoAnswer(u32),
+    NoAnswer,
+    /// The GPU is still busy.
+    #[error(
+        "the graphics device has not finished a frame within {0:?}: its driver hangs, or the picture is far too large for it. Try a smaller picture, a newer driver, or another one named by VK_DRIVER_FILES"
+    )]
+    Hung(Duration),
+    /// Rendering has ended.
+    #[error(
+        "rendering has stopped: the graphics device was lost or refused a command, and Bevy's log says why. Start again; if it happens once more, try a smaller picture, a newer driver, or another one named by VK_DRIVER_FILES"
+    )]
+    Stopped,
+    /// Something was waited for in vain.
+    #[error("{0} did not happen within {1:?}")]
+    TooLate(&'static str, Duration),
 }
 
-/// Frames to wait for a texture from the GPU.
-const MAX_READBACK_FRAMES: u32 = 60;
+/// Frames in which a texture arrives once the GPU is idle, and some more.
+const MAX_IDLE_FRAMES: u32 = 16;
+/// Frames without anything to compile after which all pipelines are there.
+const QUIET_FRAMES: u32 = 4;
 
 /// The part of Bevy's default plugins that draws, for a program without a window: no event loop, no sound, no
 /// pipelined rendering (a frame is finished when [`App::update`] returns), pipelines compiled as soon as their shaders are
@@ -107,7 +133,69 @@ pub fn build_app(plugins: PluginGroupBuilder, configure: impl FnOnce(&mut App)) 
     }
     app.finish();
     app.cleanup();
+    WaitBeforeDrop::add(&mut app);
     Ok(app)
+}
+
+/// Renders one frame.
+///
+/// # Errors
+/// [`OffscreenError::Stopped`] if Bevy ends the app, as it does when the device is lost.
+pub fn update(app: &mut App) -> Result<(), OffscreenError> {
+    app.update();
+    match app.should_exit() {
+        Some(AppExit::Error(_)) => Err(OffscreenError::Stopped),
+        _ => Ok(()),
+    }
+}
+
+/// Renders frame after frame until `done` says so, which is asked after each.
+///
+/// # Errors
+/// [`OffscreenError::TooLate`] with `what`, if that takes longer than `patience`; as [`update`].
+pub fn update_until(
+    app: &mut App,
+    what: &'static str,
+    patience: Duration,
+    mut done: impl FnMut(&mut App) -> bool,
+) -> Result<(), OffscreenError> {
+    let started = Instant::now();
+    loop {
+        update(app)?;
+        if done(app) {
+            return Ok(());
+        }
+        if started.elapsed() > patience {
+            return Err(OffscreenError::TooLate(what, patience));
+        }
+        // What is waited for needs the processor more than the next frame does.
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Renders frames until all shaders that these ask for have loaded and are compiled.
+///
+/// # Errors
+/// As [`update_until`].
+pub fn settle(app: &mut App) -> Result<(), OffscreenError> {
+    let mut quiet = 0;
+    update_until(app, "loading all shaders", PATIENCE, |app| {
+        let pipelines = app.get_sub_app(RenderApp).and_then(|app| app.world().get_resource::<PipelineCache>());
+        let is_waiting = pipelines.is_some_and(has_pipelines_on_their_way);
+        quiet = if is_waiting { 0 } else { quiet + 1 };
+        quiet >= QUIET_FRAMES
+    })
+}
+
+/// Whether a pipeline waits for a shader that loads. Shaders with a fixed name are there from the start or never: Bevy asks for
+/// some that small devices do not have.
+fn has_pipelines_on_their_way(cache: &PipelineCache) -> bool {
+    let waiting: HashSet<usize> = cache.waiting_pipelines().collect();
+    let loads = |pipeline: &CachedPipeline| match &pipeline.descriptor {
+        PipelineDescriptor::RenderPipelineDescriptor(of) => !matches!(of.vertex.shader.id(), AssetId::Uuid { .. }),
+        PipelineDescriptor::ComputePipelineDescriptor(of) => !matches!(of.shader.id(), AssetId::Uuid { .. }),
+    };
+    cache.pipelines().enumerate().any(|(id, pipeline)| waiting.contains(&id) && loads(pipeline))
 }
 
 /// Adds a texture to render into (8-bit sRGB) and returns it with the component that points a camera at it.
@@ -126,7 +214,8 @@ pub fn add_target(app: &mut App, size: UVec2) -> (Handle<Image>, RenderTarget) {
 /// bottom, layer after layer. Cameras pause while the answer is awaited.
 ///
 /// # Errors
-/// [`OffscreenError::NoAnswer`] if the texture does not exist or cannot be copied from.
+/// [`OffscreenError::NoAnswer`] if the texture does not exist or cannot be copied from; [`OffscreenError::Hung`] if the GPU takes
+/// two minutes over a frame; as [`update`].
 pub fn read_texture(app: &mut App, image: &Handle<Image>) -> Result<Vec<u8>, OffscreenError> {
     let mut texture = Vec::new();
     record(app, image, 1, |_, _| (), |_, bytes| texture = bytes)?;
@@ -141,7 +230,8 @@ struct ReadbackAnswers(VecDeque<Vec<u8>>);
 /// of each frame as soon as it is drawn, `on_picture` with the same number when its bytes have arrived, a frame or two later.
 ///
 /// # Errors
-/// [`OffscreenError::NoAnswer`] if the texture does not exist or cannot be copied from.
+/// [`OffscreenError::NoAnswer`] if the texture does not exist or cannot be copied from; [`OffscreenError::Hung`] if the GPU takes
+/// two minutes over a frame; as [`update`].
 pub fn record(
     app: &mut App,
     image: &Handle<Image>,
@@ -164,17 +254,19 @@ pub fn record(
         }
         arrived
     };
+    let mut outcome = Ok(());
     for frame in 0..frames {
-        app.update();
+        outcome = update(app);
+        if outcome.is_err() {
+            break;
+        }
         after_update(app, frame);
         take_arrived(app);
     }
     app.world_mut().entity_mut(request).remove::<Readback>();
     let paused = pause_cameras(app.world_mut());
-    let mut waited = 0;
-    while take_arrived(app) < frames && waited < MAX_READBACK_FRAMES {
-        waited += 1;
-        app.update();
+    if outcome.is_ok() {
+        outcome = wait_for_pictures(app, PATIENCE, |app| take_arrived(app) as usize, frames as usize);
     }
     for camera in paused {
         if let Some(mut camera) = app.world_mut().get_mut::<Camera>(camera) {
@@ -182,7 +274,37 @@ pub fn record(
         }
     }
     app.world_mut().despawn(request);
-    if take_arrived(app) < frames { Err(OffscreenError::NoAnswer(MAX_READBACK_FRAMES)) } else { Ok(()) }
+    outcome
+}
+
+/// Updates until a number of pictures has arrived, as long as the device is busy and finishes one now and then.
+fn wait_for_pictures(
+    app: &mut App,
+    patience: Duration,
+    mut arrived: impl FnMut(&mut App) -> usize,
+    wanted: usize,
+) -> Result<(), OffscreenError> {
+    let (mut known, mut last_news, mut idle) = (0, Instant::now(), 0);
+    loop {
+        let now = arrived(app);
+        if now >= wanted {
+            return Ok(());
+        }
+        if now > known {
+            (known, last_news, idle) = (now, Instant::now(), 0);
+        }
+        let Some(device) = app.world().get_resource::<RenderDevice>().cloned() else {
+            return Err(OffscreenError::NoAnswer);
+        };
+        match device::wait(&device, Duration::from_millis(500).min(patience)) {
+            DeviceState::Idle if idle >= MAX_IDLE_FRAMES => return Err(OffscreenError::NoAnswer),
+            DeviceState::Idle => idle += 1,
+            DeviceState::Busy if last_news.elapsed() > patience => return Err(OffscreenError::Hung(patience)),
+            DeviceState::Busy => (),
+            DeviceState::Lost => return Err(OffscreenError::Stopped),
+        }
+        update(app)?;
+    }
 }
 
 /// Bytes of a row of a texture.

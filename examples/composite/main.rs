@@ -18,14 +18,18 @@ use bevy_mirrorball::{
     authoring,
     camera::FramePixels,
     environment::CubePixels,
-    offscreen,
+    offscreen::{self, OffscreenError},
     prelude::*,
     probe::{ClipRecovery, EnvironmentCube, ProbeMeasurement, UniformSky},
     tracking::{MarkerState, MarkerTracking},
 };
 use options::{Options, USAGE};
 use report::Stopwatch;
-use std::{path::Path, process::ExitCode, time::Instant};
+use std::{
+    path::Path,
+    process::ExitCode,
+    time::{Duration, Instant},
+};
 
 fn main() -> ExitCode {
     let result = match Options::from_command_line() {
@@ -47,12 +51,10 @@ fn main() -> ExitCode {
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
-/// Frames drawn before the picture is taken, in which Bevy prepares materials and pipelines.
-const WARM_UP_FRAMES: u32 = 2;
-/// Frames to wait for the environment.
-const MAX_MEASURING_FRAMES: u32 = 200;
-/// Frames to wait for the scene's assets.
-const MAX_LOADING_FRAMES: u32 = 2000;
+/// To wait for the scene's assets.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Frames after the shaders have loaded within which the ball has been unwrapped.
+const MAX_MEASURING_FRAMES: u32 = 8;
 /// Width of the dumped environment in pixels.
 const ENVIRONMENT_WIDTH: u32 = 1024;
 
@@ -92,9 +94,7 @@ fn composite(options: &Options) -> Outcome<()> {
         camera.is_active = true;
     }
     let started = Instant::now();
-    for _ in 0..WARM_UP_FRAMES {
-        app.update();
-    }
+    offscreen::settle(&mut app)?;
     steps.note("warm_up_frames", started.elapsed());
     let started = Instant::now();
     let pixels = offscreen::read_texture(&mut app, &picture)?;
@@ -131,23 +131,27 @@ fn load_scene(app: &mut App, path: &Path) -> Outcome<()> {
     let assets = app.world().resource::<AssetServer>().clone();
     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(file));
     app.world_mut().spawn(WorldAssetRoot(scene.clone()));
-    for _ in 0..MAX_LOADING_FRAMES {
-        app.update();
+    let mut failed = None;
+    let loaded = offscreen::update_until(app, "loading the scene", PATIENCE, |app| {
         if let Some(LoadState::Failed(error)) = assets.get_load_state(&scene) {
-            return Err(format!("cannot load {}: {error}", path.display()).into());
-        }
-        if let Some(RecursiveDependencyLoadState::Failed(error)) = assets.get_recursive_dependency_load_state(&scene) {
-            return Err(format!("cannot load what {} refers to: {error}", path.display()).into());
+            failed = Some(format!("cannot load {}: {error}", path.display()));
+        } else if let Some(RecursiveDependencyLoadState::Failed(error)) =
+            assets.get_recursive_dependency_load_state(&scene)
+        {
+            failed = Some(format!("cannot load what {} refers to: {error}", path.display()));
         }
         let world = app.world_mut();
         let has_spawned = world.query::<&Mesh3d>().iter(world).next().is_some()
             || world.query::<&MarkerAnchor>().iter(world).next().is_some();
-        if has_spawned && assets.is_loaded_with_dependencies(&scene) {
-            return Ok(());
+        failed.is_some() || has_spawned && assets.is_loaded_with_dependencies(&scene)
+    });
+    match (failed, loaded) {
+        (Some(reason), _) => Err(reason.into()),
+        (None, Err(OffscreenError::TooLate(..))) => {
+            Err(format!("{} did not load within {PATIENCE:?} or is empty", path.display()).into())
         }
-        std::thread::sleep(std::time::Duration::from_millis(1));
+        (None, loaded) => Ok(loaded?),
     }
-    Err(format!("{} did not load in time or is empty", path.display()).into())
 }
 
 /// What the options change in the scene, and what every scene needs.
@@ -217,6 +221,7 @@ fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
 fn wait_for_environment(app: &mut App) -> Outcome<CubePixels> {
     let world = app.world_mut();
     let cube = world.query::<&EnvironmentCube>().iter(world).next().ok_or("there is no environment")?.0.clone();
+    offscreen::settle(app)?;
     for _ in 0..MAX_MEASURING_FRAMES {
         let bytes = offscreen::read_texture(app, &cube)?;
         let pixels =

@@ -93,7 +93,7 @@ fn wait_for_scene(app: &mut App, show: &Show, options: &Options) -> Outcome<()> 
     let file = options.scene_file();
     let started = Instant::now();
     while started.elapsed() < PATIENCE {
-        app.update();
+        offscreen::update(app)?;
         if let Some(LoadState::Failed(error)) = assets.get_load_state(&show.scene) {
             return Err(format!("cannot load {}: {error}", file.display()).into());
         }
@@ -116,7 +116,7 @@ fn wait_for_scene(app: &mut App, show: &Show, options: &Options) -> Outcome<()> 
 fn warm_up(app: &mut App) -> Outcome<()> {
     let started = Instant::now();
     while started.elapsed() < PATIENCE {
-        app.update();
+        offscreen::update(app)?;
         let world = app.world_mut();
         let state = world.query::<&FeedState>().iter(world).next().cloned().unwrap_or_default();
         if let FeedState::Failed(reason) = state {
@@ -134,7 +134,7 @@ fn warm_up(app: &mut App) -> Outcome<()> {
         };
         if is_lit {
             for _ in 0..WARM_UP_FRAMES {
-                app.update();
+                offscreen::update(app)?;
             }
             return Ok(());
         }

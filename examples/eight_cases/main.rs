@@ -11,7 +11,11 @@ mod captions;
 use bevy::{asset::RecursiveDependencyLoadState, camera::ShadowLodOrigin, log::LogPlugin, prelude::*};
 use bevy_mirrorball::{camera::FramePixels, offscreen, prelude::*, probe::EnvironmentCube, shadows::DomeState};
 use image::{Rgb, RgbImage, imageops};
-use std::{path::PathBuf, process::ExitCode};
+use std::{
+    path::PathBuf,
+    process::ExitCode,
+    time::{Duration, Instant},
+};
 
 const PHOTO: &str = "assets/desk/photo.jpg";
 const SCENE: &str = "desk/set.glb";
@@ -25,9 +29,8 @@ const CAPTION: u32 = 44;
 const PAPER: Rgb<u8> = Rgb([24, 24, 26]);
 const REAL: Rgb<u8> = Rgb([235, 235, 235]);
 const VIRTUAL: Rgb<u8> = Rgb([255, 176, 64]);
-/// Frames to wait for what loads in the background, and for shadow maps to be drawn.
-const MAX_LOADING_FRAMES: u32 = 2000;
-const MAX_SETTLING_FRAMES: u32 = 40;
+/// To wait for what loads in the background, and for shadow maps to be drawn.
+const PATIENCE: Duration = Duration::from_secs(120);
 /// In these roles, materials and lamps reach the renderer.
 const LEAST_SETTLING_FRAMES: u32 = 4;
 
@@ -88,7 +91,7 @@ fn draw() -> Outcome<()> {
     for i in 0..8 {
         let case = Case { light: i & 4 != 0, blocker: i & 2 != 0, receiver: i & 1 != 0 };
         let things = spawn(&mut app, case);
-        settle(&mut app);
+        settle(&mut app)?;
         let bytes = offscreen::read_texture(&mut app, &picture)?;
         for thing in things {
             app.world_mut().despawn(thing);
@@ -121,8 +124,9 @@ fn load(app: &mut App) -> Outcome<()> {
     let assets = app.world().resource::<AssetServer>().clone();
     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(SCENE));
     app.world_mut().spawn(WorldAssetRoot(scene.clone()));
-    for _ in 0..MAX_LOADING_FRAMES {
-        app.update();
+    let started = Instant::now();
+    while started.elapsed() < PATIENCE {
+        offscreen::settle(app)?;
         if let Some(RecursiveDependencyLoadState::Failed(error)) = assets.get_recursive_dependency_load_state(&scene) {
             return Err(format!("cannot load assets/{SCENE}: {error}").into());
         }
@@ -138,15 +142,15 @@ fn load(app: &mut App) -> Outcome<()> {
 }
 
 /// Draws frames until all shadow maps are true.
-fn settle(app: &mut App) {
-    for frame in 0..MAX_SETTLING_FRAMES {
-        app.update();
-        let world = app.world_mut();
-        let is_outdated = world.query::<&DomeState>().iter(world).any(|dome| dome.outdated > 0);
-        if frame >= LEAST_SETTLING_FRAMES && !is_outdated {
-            return;
-        }
+fn settle(app: &mut App) -> Outcome<()> {
+    for _ in 0..LEAST_SETTLING_FRAMES {
+        offscreen::update(app)?;
     }
+    offscreen::settle(app)?;
+    Ok(offscreen::update_until(app, "drawing all shadow maps", PATIENCE, |app| {
+        let world = app.world_mut();
+        !world.query::<&DomeState>().iter(world).any(|dome| dome.outdated > 0)
+    })?)
 }
 
 /// What is virtual in a case.

@@ -122,12 +122,12 @@ pub struct CameraPlugin;
 
 impl Plugin for CameraPlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::configure(app);
         app.register_type::<ArCamera>()
             .register_type::<CameraFeed>()
             .register_type::<FeedState>()
             .register_type::<FeedStatistics>()
             .register_type::<CameraFrame>()
-            .configure_sets(PreUpdate, (MirrorballSystems::Poll, MirrorballSystems::Track).chain())
             .add_systems(
                 PreUpdate,
                 (

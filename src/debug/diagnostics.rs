@@ -44,6 +44,7 @@ pub struct FeedDiagnosticsPlugin;
 
 impl Plugin for FeedDiagnosticsPlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::configure(app);
         for path in [DECODE, DETECT, MEASURE, RECOVER, LIGHTING_AGE] {
             app.register_diagnostic(Diagnostic::new(path).with_suffix(" ms"));
         }
@@ -51,7 +52,7 @@ impl Plugin for FeedDiagnosticsPlugin {
             .register_diagnostic(Diagnostic::new(DROPPED))
             .register_diagnostic(Diagnostic::new(BALL_ERROR).with_suffix(" %"))
             .register_diagnostic(Diagnostic::new(KEY_LIGHT_ANGLE).with_suffix("°"))
-            .add_systems(PostUpdate, (note_stages, note_light).after(MirrorballSystems::Measure));
+            .add_systems(PostUpdate, (note_stages, note_light).after(MirrorballSystems::Light));
         let finished = FinishedFrames::default();
         app.insert_resource(finished.clone()).add_systems(First, note_lighting_age);
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {

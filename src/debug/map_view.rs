@@ -1,6 +1,12 @@
 //! Pictures of the environment's maps.
 
-use crate::{camera::ArCamera, environment::FilteredEnvironment, probe::EnvironmentCube};
+use crate::{
+    camera::ArCamera,
+    device::{self, Needs},
+    environment::FilteredEnvironment,
+    probe::EnvironmentCube,
+    sky::{self, cube_faces},
+};
 use bevy::{
     asset::{RenderAssetUsages, embedded_asset, load_embedded_asset},
     core_pipeline::schedule::camera_driver,
@@ -11,10 +17,9 @@ use bevy::{
         render_asset::RenderAssets,
         render_resource::{
             BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
-            ComputePassDescriptor, ComputePipelineDescriptor, Extent3d, PipelineCache, SamplerBindingType,
-            ShaderStages, ShaderType, StorageTextureAccess, TextureDimension, TextureFormat, TextureSampleType,
-            TextureUsages, UniformBuffer,
-            binding_types::{sampler, texture_cube, texture_storage_2d, uniform_buffer},
+            ComputePassDescriptor, ComputePipelineDescriptor, Extent3d, PipelineCache, ShaderStages, ShaderType,
+            StorageTextureAccess, TextureDimension, TextureFormat, TextureSampleType, TextureUsages, UniformBuffer,
+            binding_types::{texture_2d_array, texture_storage_2d, uniform_buffer},
         },
         renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
         texture::GpuImage,
@@ -80,14 +85,21 @@ pub struct MapViewPlugin;
 impl Plugin for MapViewPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<MapView>();
-        if app.get_sub_app(RenderApp).is_none() {
+    }
+
+    fn finish(&self, app: &mut App) {
+        let needs = Needs {
+            plugin: "MapViewPlugin",
+            purpose: "environments will not be shown as pictures",
+            storage_buffers: 0,
+            storage_textures: 1,
+        };
+        if !device::can_draw(app, &needs) {
             return;
         }
+        sky::load_shaders(app);
         embedded_asset!(app, "map_view.wgsl");
-        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-            return;
-        };
-        render_app
+        app.sub_app_mut(RenderApp)
             .init_resource::<ExtractedViews>()
             .add_systems(RenderStartup, init_map_view_pipeline)
             .add_systems(ExtractSchedule, extract_views)
@@ -107,7 +119,7 @@ struct ExtractedViews(Vec<ExtractedView>);
 /// Mirror of `Shown` in `map_view.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
 struct ShownUniform {
-    level: f32,
+    level: u32,
     alpha: f32,
 }
 
@@ -128,11 +140,7 @@ fn extract_views(
             ShownMap::Glossy(level) => (&filtered?.glossy, level),
         };
         let alpha = if view.map == ShownMap::Confidence { 1.0 } else { 0.0 };
-        Some(ExtractedView {
-            map: map.id(),
-            picture: view.image.id(),
-            shown: ShownUniform { level: level as f32, alpha },
-        })
+        Some(ExtractedView { map: map.id(), picture: view.image.id(), shown: ShownUniform { level, alpha } })
     }));
 }
 
@@ -148,8 +156,7 @@ fn init_map_view_pipeline(mut commands: Commands, asset_server: Res<AssetServer>
         &BindGroupLayoutEntries::sequential(
             ShaderStages::COMPUTE,
             (
-                texture_cube(TextureSampleType::Float { filterable: true }),
-                sampler(SamplerBindingType::Filtering),
+                texture_2d_array(TextureSampleType::Float { filterable: false }),
                 uniform_buffer::<ShownUniform>(false),
                 texture_storage_2d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly),
             ),
@@ -193,14 +200,15 @@ fn map_view_pass(
         let (Some(map), Some(picture)) = (images.get(view.map), images.get(view.picture)) else {
             continue;
         };
-        let mut uniform = UniformBuffer::from(view.shown);
+        let last = map.texture.mip_level_count() - 1;
+        let mut uniform = UniformBuffer::from(ShownUniform { level: view.shown.level.min(last), ..view.shown });
         uniform.set_label(Some("mirrorball_debug_map_view_uniform"));
         uniform.write_buffer(&device, &queue);
         let Some(binding) = uniform.binding() else { continue };
         let bind_group = device.create_bind_group(
             "mirrorball_debug_map_view_bind_group",
             &pipeline_cache.get_bind_group_layout(layout),
-            &BindGroupEntries::sequential((&map.texture_view, &map.sampler, binding, &picture.texture_view)),
+            &BindGroupEntries::sequential((&cube_faces(&map.texture), binding, &picture.texture_view)),
         );
         pass.set_bind_group(0, &bind_group, &[]);
         pass.dispatch_workgroups(MapView::SIZE.x.div_ceil(WORKGROUP), MapView::SIZE.y.div_ceil(WORKGROUP), 1);

@@ -20,12 +20,10 @@ use bevy::{
 };
 
 pub(super) fn build(app: &mut App) {
+    crate::trigonometry::load(app);
+    crate::sky::load_shaders(app);
     embedded_asset!(app, "filter_pass.wgsl");
-    let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-        warn!("EnvironmentPlugin: no renderer, environments will not be filtered");
-        return;
-    };
-    render_app
+    app.sub_app_mut(RenderApp)
         .init_resource::<ExtractedEnvironments>()
         .init_resource::<PreparedFilters>()
         .init_resource::<CubeWrites>()

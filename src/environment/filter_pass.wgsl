@@ -1,79 +1,84 @@
 // Environment cube → irradiance and glossy maps, as Bevy's EnvironmentMapLight reads them. The double-precision
 // reference is in tests/filter_truth.
 //
-// Definitions: INNER_TAPS, MIDDLE_TAPS, OUTER_TAPS for `glossy_taps`.
+// Definitions: INNER_TAPS, MIDDLE_TAPS, OUTER_TAPS for `glossy_taps`; COPIES for a `halve` that copies the source, too.
+
+#import bevy_mirrorball::sky::cubemap::{
+    FaceTexel, edge_without_padding, face_direction, face_position, face_vector, is_own_texel, is_padding_corner, padded_place,
+    padded_texel, padded_uv, place_of, relative_angle, sample_faces, texels_at_corner,
+}
+#import bevy_mirrorball::trigonometry::angle_of
 
 const PI: f32 = 3.14159265358979;
 /// Largest 16-bit float.
 const MAX_HALF: f32 = 65504.0;
 
-// --- reduce: one level of the pyramid from the level above it -------------------------------------------------------
+// --- reduce: one level of the pyramid from the level above it. Levels are padded ------------------------------------
 
 @group(0) @binding(0) var finer: texture_2d_array<f32>;
 @group(0) @binding(1) var coarser: texture_storage_2d_array<rgba16float, write>;
-@group(0) @binding(2) var finer_cube: texture_cube<f32>;
-@group(0) @binding(3) var cube_sampler: sampler;
+@group(0) @binding(3) var face_sampler: sampler;
 
-/// Mean of four texels, weighted by the solid angle they cover: the first level, half as wide as the source.
-@compute @workgroup_size(8, 8, 1)
-fn halve(@builtin(global_invocation_id) id: vec3u) {
-    let edge = textureDimensions(coarser).x;
-    if any(id.xy >= vec2u(edge)) {
-        return;
-    }
-    let finer_edge = textureDimensions(finer).x;
-    let step = finer_edge / edge;
-    var sum = vec3f(0.0);
-    var weight_sum = 0.0;
-    for (var i = 0u; i < step * step; i++) {
-        let texel = id.xy * step + vec2u(i % step, i / step);
-        let weight = relative_angle(face_position(texel, finer_edge));
-        sum += textureLoad(finer, texel, id.z, 0).rgb * weight;
-        weight_sum += weight;
-    }
-    textureStore(coarser, id.xy, id.z, vec4f(sum / weight_sum, 1.0));
-}
-
-/// The same, and roughness 0 of the glossy map, where that is as large as the source: each texel is read once for both.
-@compute @workgroup_size(8, 8, 1)
-fn halve_and_copy(@builtin(global_invocation_id) id: vec3u) {
-    let edge = textureDimensions(coarser).x;
-    if any(id.xy >= vec2u(edge)) {
-        return;
-    }
+/// Mean of four texels, weighted by the solid angle they cover: the first level, half as wide as the source. In the corners of
+/// the padding it is the mean of the three texels that meet there.
+fn halved(face: u32, padded: vec2u) -> vec3f {
+    let edge = textureDimensions(finer).x / 2u;
+    let place = padded_place(face, padded, edge);
+    let is_corner = is_padding_corner(padded, edge);
+    let first = vec2i((place.position * 0.5 + 0.5) * f32(edge)) * 2;
+    let at_corner = texels_at_corner(face_vector(face, place.position), i32(2u * edge));
     var sum = vec3f(0.0);
     var weight_sum = 0.0;
     for (var i = 0u; i < 4u; i++) {
-        let texel = id.xy * 2u + vec2u(i & 1u, i >> 1u);
-        let weight = relative_angle(face_position(texel, 2u * edge));
-        let radiance = textureLoad(finer, texel, id.z, 0).rgb;
-        textureStore(output, texel, id.z, vec4f(radiance, 1.0));
+        var found = FaceTexel(place.face, first + vec2i(vec2u(i & 1u, i >> 1u)));
+        found.face = select(found.face, at_corner[min(i, 2u)].face, is_corner);
+        found.texel = select(found.texel, at_corner[min(i, 2u)].texel, is_corner);
+        let weight = select(relative_angle(face_position(vec2u(found.texel), 2u * edge)), f32(i < 3u), is_corner);
+        let radiance = textureLoad(finer, found.texel, found.face, 0).rgb;
+#ifdef COPIES
+        // Roughness 0 of the glossy map, where that is as large as the source: each texel is read once for both.
+        if is_own_texel(padded, edge) {
+            textureStore(output, found.texel, found.face, vec4f(radiance, 1.0));
+        }
+#endif
         sum += radiance * weight;
         weight_sum += weight;
     }
-    textureStore(coarser, id.xy, id.z, vec4f(sum / weight_sum, 1.0));
+    return sum / weight_sum;
+}
+
+@compute @workgroup_size(64, 1, 1)
+fn halve(@builtin(global_invocation_id) id: vec3u) {
+    let texel = padded_texel(id.x, textureDimensions(coarser).x);
+    if texel.y >= textureDimensions(coarser).y {
+        return;
+    }
+    textureStore(coarser, texel, id.z, vec4f(halved(id.z, texel), 1.0));
 }
 
 /// The other levels are splines: sixteen texels of the level above with the weights 1 3 3 1 along each side, by four bilinear
-/// lookups across edges. A small light then fades from texel to texel as it moves (after Manson & Sloan 2016).
-@compute @workgroup_size(8, 8, 1)
+/// lookups. A small light then fades from texel to texel as it moves (after Manson & Sloan 2016).
+@compute @workgroup_size(64, 1, 1)
 fn smooth_halve(@builtin(global_invocation_id) id: vec3u) {
-    let edge = textureDimensions(coarser).x;
-    if any(id.xy >= vec2u(edge)) {
+    let padded_edge = textureDimensions(coarser).x;
+    let texel = padded_texel(id.x, padded_edge);
+    if texel.y >= padded_edge {
         return;
     }
-    let center = face_position(id.xy, edge);
-    // Three quarters of a finer texel.
-    let offset = 0.75 / f32(edge);
+    let edge = edge_without_padding(padded_edge);
+    let center = padded_place(id.z, texel, edge);
+    // Three quarters of a finer texel; at a corner nothing lies beyond it.
+    let offset = select(0.75 / f32(edge), 0.0, is_padding_corner(texel, edge));
     var sum = vec3f(0.0);
     var weight_sum = 0.0;
     for (var i = 0u; i < 4u; i++) {
-        let position = center + offset * (2.0 * vec2f(vec2u(i & 1u, i >> 1u)) - 1.0);
+        let position = center.position + offset * (2.0 * vec2f(vec2u(i & 1u, i >> 1u)) - 1.0);
         let weight = relative_angle(position);
-        sum += textureSampleLevel(finer_cube, cube_sampler, face_direction(id.z, position), 0.0).rgb * weight;
+        let uv = padded_uv(position, textureDimensions(finer).x);
+        sum += textureSampleLevel(finer, face_sampler, uv, center.face, 0.0).rgb * weight;
         weight_sum += weight;
     }
-    textureStore(coarser, id.xy, id.z, vec4f(sum / weight_sum, 1.0));
+    textureStore(coarser, texel, id.z, vec4f(sum / weight_sum, 1.0));
 }
 
 // --- convolve --------------------------------------------------------------------------------------------------------
@@ -94,17 +99,22 @@ struct Block {
     centroid: vec4f,
 }
 
-@group(0) @binding(4) var pyramid: texture_cube<f32>;
-/// What the taps of each ring read: the pyramid, equally sharp everywhere.
-@group(0) @binding(15) var inner: texture_cube<f32>;
-@group(0) @binding(16) var middle: texture_cube<f32>;
-@group(0) @binding(17) var outer: texture_cube<f32>;
-/// Level of the pyramid in the mean over a face.
-@group(0) @binding(18) var<uniform> sharpness_level: f32;
+/// Neighboring levels of the pyramid, each coarser than the one before.
+@group(0) @binding(4) var level_0: texture_2d_array<f32>;
+@group(0) @binding(20) var level_1: texture_2d_array<f32>;
+@group(0) @binding(21) var level_2: texture_2d_array<f32>;
+/// What the taps of each ring read: the pyramid, equally sharp everywhere, padded.
+@group(0) @binding(15) var inner: texture_2d_array<f32>;
+@group(0) @binding(16) var middle: texture_2d_array<f32>;
+@group(0) @binding(17) var outer: texture_2d_array<f32>;
+/// Level of the pyramid in the mean over a face, and the last one, counted from `level_0`.
+@group(0) @binding(18) var<uniform> sharpness: vec2f;
 @group(0) @binding(5) var output: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(6) var<uniform> taps: Taps;
-@group(0) @binding(7) var rougher: texture_cube<f32>;
+@group(0) @binding(7) var rougher: texture_2d_array<f32>;
 @group(0) @binding(8) var<storage, read_write> blocks: array<Block>;
+/// Solid angles of the blocks of a face in steradian, row by row; from the CPU, in double precision.
+@group(0) @binding(19) var<uniform> block_angles: array<vec4f, 16>;
 /// The same for the sums, which all read one block at a time: as a uniform that is read once for many threads.
 @group(0) @binding(14) var<uniform> summands: array<Block, 384>;
 /// GGX's alpha, the square of the perceptual roughness.
@@ -113,49 +123,14 @@ struct Block {
 /// Blocks along a cube edge.
 const BLOCK_EDGE: u32 = 8u;
 
-/// Direction (cube frame) of a position -1…1 on a face.
-fn face_direction(face: u32, p: vec2f) -> vec3f {
-    switch face {
-        case 0u: { return normalize(vec3f(1.0, -p.y, -p.x)); }
-        case 1u: { return normalize(vec3f(-1.0, -p.y, p.x)); }
-        case 2u: { return normalize(vec3f(p.x, 1.0, p.y)); }
-        case 3u: { return normalize(vec3f(p.x, -1.0, -p.y)); }
-        case 4u: { return normalize(vec3f(p.x, -p.y, 1.0)); }
-        default: { return normalize(vec3f(-p.x, -p.y, -1.0)); }
-    }
-}
-
-fn face_position(texel: vec2u, edge: u32) -> vec2f {
-    return (2.0 * vec2f(texel) + 1.0) / f32(edge) - 1.0;
-}
-
-/// Solid angle per area at a position −1…1 on a face.
-fn relative_angle(p: vec2f) -> f32 {
-    let inverse = inverseSqrt(1.0 + dot(p, p));
-    return inverse * inverse * inverse;
-}
-
-/// Antiderivative of the solid angle of a rectangle on the face plane z = 1 with a corner on the axis.
-fn corner_angle(p: vec2f) -> f32 {
-    return atan2(p.x * p.y, sqrt(dot(p, p) + 1.0));
-}
-
-/// Solid angle of a texel in steradian.
-fn solid_angle(texel: vec2u, edge: u32) -> f32 {
-    let half = vec2f(1.0 / f32(edge));
-    let center = face_position(texel, edge);
-    let low = center - half;
-    let high = center + half;
-    return corner_angle(high) + corner_angle(low) - corner_angle(vec2f(low.x, high.y)) - corner_angle(vec2f(high.x, low.y));
-}
-
 /// One thread per block: its light and where that comes from.
 @compute @workgroup_size(8, 8, 1)
 fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= vec2u(BLOCK_EDGE)) {
         return;
     }
-    let edge = textureDimensions(finer).x;
+    let edge = edge_without_padding(textureDimensions(finer).x);
+    let padding = (textureDimensions(finer).x - edge) / 2u;
     let step = max(edge / BLOCK_EDGE, 1u);
     var light = vec3f(0.0);
     var moment = vec3f(0.0);
@@ -164,7 +139,7 @@ fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
     var weight_sum = 0.0;
     for (var i = 0u; i < step * step; i++) {
         let texel = min(id.xy * step + vec2u(i % step, i / step), vec2u(edge - 1u));
-        let radiance = textureLoad(finer, texel, id.z, 0).rgb;
+        let radiance = textureLoad(finer, texel + padding, id.z, 0).rgb;
         let position = face_position(texel, edge);
         let dir = face_direction(id.z, position);
         let angle = relative_angle(position);
@@ -175,11 +150,12 @@ fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
         angle_sum += angle;
         weight_sum += luminance;
     }
-    light *= solid_angle(id.xy, BLOCK_EDGE) / angle_sum;
+    let solid_angle = block_angles[2u * id.y + id.x / 4u][id.x % 4u];
+    light *= solid_angle / angle_sum;
     let centroid = select(plain / angle_sum, moment / max(weight_sum, 1e-20), weight_sum > 1e-20);
     // Evenly spread over ±w along each of two axes, unit vectors have a mean of squared length 1 − 2w²/3.
     let spread = sqrt(max(1.5 * (1.0 - dot(centroid, centroid)), 1e-12));
-    blocks[(id.z * BLOCK_EDGE + id.y) * BLOCK_EDGE + id.x] = Block(vec4f(light, solid_angle(id.xy, BLOCK_EDGE)), vec4f(centroid, spread));
+    blocks[(id.z * BLOCK_EDGE + id.y) * BLOCK_EDGE + id.x] = Block(vec4f(light, solid_angle), vec4f(centroid, spread));
 }
 
 /// Texels in a row that one thread of the sums works on, so that a block is fetched once for all of them.
@@ -245,31 +221,40 @@ fn diffuse(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
-/// Roughness 0: the source itself.
+/// Roughness 0: the source itself, or the level of the pyramid that is as large.
 @compute @workgroup_size(8, 8, 1)
 fn sharpest(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(output).x;
     if any(id.xy >= vec2u(edge)) {
         return;
     }
-    // Through the same-sized levels of source or pyramid: texel by texel.
-    textureStore(output, id.xy, id.z, vec4f(textureLoad(finer, id.xy, id.z, 0).rgb, 1.0));
+    let padding = (textureDimensions(finer).x - edge) / 2u;
+    textureStore(output, id.xy, id.z, vec4f(textureLoad(finer, id.xy + padding, id.z, 0).rgb, 1.0));
 }
 
-/// The pyramid as a cube whose texels all cover the same angle, whatever their place on the face. One ring of taps reads it without
+/// The pyramid as faces whose texels all cover the same angle, whatever their place on the face. One ring of taps reads it without
 /// a look at levels, and its second interpolation evens out where between texels a small lamp lies.
-@compute @workgroup_size(8, 8, 1)
+@compute @workgroup_size(64, 1, 1)
 fn even_out(@builtin(global_invocation_id) id: vec3u) {
-    let edge = textureDimensions(output).x;
-    if any(id.xy >= vec2u(edge)) {
+    let padded_edge = textureDimensions(output).x;
+    let texel = padded_texel(id.x, padded_edge);
+    if texel.y >= padded_edge {
         return;
     }
-    let position = face_position(id.xy, edge);
+    let place = padded_place(id.z, texel, edge_without_padding(padded_edge));
     // Texels are smaller towards the corners of a face: (2 ÷ edge)² times this, where π ÷ 6 is the mean.
-    let correction = -0.5 * log2(relative_angle(position) * (6.0 / PI));
-    let level = clamp(sharpness_level + correction, 0.0, f32(textureNumLevels(pyramid) - 1u));
-    let radiance = textureSampleLevel(pyramid, cube_sampler, face_direction(id.z, position), level).rgb;
-    textureStore(output, id.xy, id.z, vec4f(radiance, 1.0));
+    let correction = -0.5 * log2(relative_angle(place.position) * (6.0 / PI));
+    let level = clamp(sharpness.x + correction, 0.0, sharpness.y);
+    let share = max(1.0 - abs(level - vec3f(0.0, 1.0, 2.0)), vec3f(0.0));
+    let radiance = share.x * look(level_0, place.face, place.position)
+        + share.y * look(level_1, place.face, place.position)
+        + share.z * look(level_2, place.face, place.position);
+    textureStore(output, texel, id.z, vec4f(radiance, 1.0));
+}
+
+/// Bilinear lookup in padded faces.
+fn look(faces: texture_2d_array<f32>, face: u32, position: vec2f) -> vec3f {
+    return textureSampleLevel(faces, face_sampler, padded_uv(position, textureDimensions(faces).x), face, 0.0).rgb;
 }
 
 #ifdef INNER_TAPS
@@ -279,10 +264,11 @@ const MIDDLE_END: u32 = INNER_END + #{MIDDLE_TAPS}u;
 const OUTER_END: u32 = MIDDLE_END + #{OUTER_TAPS}u;
 
 /// Sum over the taps from one place to another.
-fn ring(cube: texture_cube<f32>, start: u32, end: u32, axes: mat3x3f) -> vec3f {
+fn ring(faces: texture_2d_array<f32>, start: u32, end: u32, axes: mat3x3f) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = start; i < end; i++) {
-        sum += textureSampleLevel(cube, cube_sampler, axes * taps.places[i].xyz, 0.0).rgb;
+        let place = place_of(axes * taps.places[i].xyz);
+        sum += look(faces, place.face, place.position);
     }
     return sum;
 }
@@ -298,7 +284,7 @@ fn glossy_taps(@builtin(global_invocation_id) id: vec3u) {
     let normal = face_direction(id.z, face_position(id.xy, edge));
     let tangent = normalize(cross(normal, select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.y) < 0.7)));
     let axes = mat3x3f(tangent, cross(normal, tangent), normal);
-    var sum = textureSampleLevel(rougher, cube_sampler, normal, 0.0).rgb * taps.shares.w;
+    var sum = sample_faces(rougher, normal, 0u).rgb * taps.shares.w;
     sum += ring(inner, 0u, INNER_END, axes) * taps.shares.x;
     sum += ring(middle, INNER_END, MIDDLE_END, axes) * taps.shares.y;
     sum += ring(outer, MIDDLE_END, OUTER_END, axes) * taps.shares.z;
@@ -344,8 +330,7 @@ fn glossy_sum(@builtin(global_invocation_id) id: vec3u) {
 // --- resample: other sources → cube of a power of two ----------------------------------------------------------------
 
 @group(0) @binding(9) var equirect: texture_2d<f32>;
-@group(0) @binding(10) var any_cube: texture_cube<f32>;
-@group(0) @binding(11) var source_sampler: sampler;
+@group(0) @binding(10) var any_cube: texture_2d_array<f32>;
 
 /// The eye relative to the point of capture, w: the desk's height relative to it. Zeros leave directions as they are.
 @group(0) @binding(13) var<uniform> viewpoint: vec4f;
@@ -380,7 +365,7 @@ fn resample_equirect(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 0u; i < SUBSAMPLES * SUBSAMPLES; i++) {
         // The cube's frame is left-handed: its +z is the world's −Z.
         let dir = captured_direction(face_direction(id.z, subsample(id.xy, edge, i)));
-        let uv = vec2f(atan2(dir.x, dir.z) / (2.0 * PI), acos(clamp(dir.y, -1.0, 1.0)) / PI);
+        let uv = vec2f(angle_of(dir.zx) / (2.0 * PI), angle_of(vec2f(dir.y, length(dir.xz))) / PI);
         let at = uv * vec2f(size) - 0.5;
         let low = floor(at);
         let t = at - low;
@@ -404,7 +389,7 @@ fn resample_cube(@builtin(global_invocation_id) id: vec3u) {
     var sum = vec3f(0.0);
     for (var i = 0u; i < SUBSAMPLES * SUBSAMPLES; i++) {
         let dir = captured_direction(face_direction(id.z, subsample(id.xy, edge, i)));
-        sum += textureSampleLevel(any_cube, source_sampler, dir, 0.0).rgb;
+        sum += sample_faces(any_cube, dir, 0u).rgb;
     }
     let mean = sum / f32(SUBSAMPLES * SUBSAMPLES);
     textureStore(coarser, id.xy, id.z, vec4f(clamp(mean, vec3f(0.0), vec3f(MAX_HALF)), 1.0));

@@ -9,7 +9,7 @@ const DIFFUSE_EDGE: u32 = 32;
 /// Largest edge length of the glossy map's sharpest level.
 const MAX_GLOSSY_EDGE: u32 = 256;
 /// Edge length of the glossy map's last level, which holds perceptual roughness 1.
-const ROUGHEST_EDGE: u32 = 4;
+pub(super) const ROUGHEST_EDGE: u32 = 4;
 
 /// The maps made from a [`LiveEnvironment`](super::LiveEnvironment), on the same entity: cubes of 16-bit floats in its units.
 ///
@@ -21,8 +21,6 @@ pub struct FilteredEnvironment {
     pub diffuse: Handle<Image>,
     /// Radiance by mirror direction; level m of n holds perceptual roughness m / (n − 1).
     pub glossy: Handle<Image>,
-    /// The source in half its resolution and less; in between.
-    pub(super) pyramid: Handle<Image>,
     pub(super) source: Handle<Image>,
     pub(super) shape: SourceShape,
     pub(super) refresh: Refresh,
@@ -46,7 +44,6 @@ impl FilteredEnvironment {
         let cube_edge = shape.cube_edge();
         let glossy_edge = cube_edge.clamp(ROUGHEST_EDGE, MAX_GLOSSY_EDGE);
         let levels = |edge: u32| (edge / ROUGHEST_EDGE).ilog2() + 1;
-        let pyramid_edge = (cube_edge / 2).max(ROUGHEST_EDGE);
         let mut cube = |label, edge, levels| {
             let mut image = cube_image(label, edge, levels);
             image.texture_descriptor.usage |= TextureUsages::COPY_DST;
@@ -59,10 +56,9 @@ impl FilteredEnvironment {
             .then(|| result("mirrorball_environment_diffuse_draft", "mirrorball_environment_glossy_draft"));
         let resampled =
             (!shape.is_ready() || viewpoint.is_some()).then(|| cube("mirrorball_environment_resampled", cube_edge, 1));
-        let pyramid = cube("mirrorball_environment_pyramid", pyramid_edge, levels(pyramid_edge));
         let progress = Progress::default();
         progress.request();
-        Self { diffuse, glossy, pyramid, source, shape, refresh, resampled, draft, viewpoint, progress }
+        Self { diffuse, glossy, source, shape, refresh, resampled, draft, viewpoint, progress }
     }
 
     /// Level of the glossy map that holds perceptual roughness 1.

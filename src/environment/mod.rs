@@ -67,7 +67,12 @@ pub use scene_probe::{SceneCube, SceneProbe};
 
 pub use crate::sky::{CubePixels, EnvironmentFileError, EquirectPixels, equirect_direction, equirect_position};
 
-use crate::{MirrorballSystems, camera::ArCamera, probe::EnvironmentCube};
+use crate::{
+    MirrorballSystems,
+    camera::ArCamera,
+    device::{self, Needs},
+    probe::EnvironmentCube,
+};
 use bevy::{
     asset::LoadState,
     camera::{Exposure, RenderTarget},
@@ -125,6 +130,7 @@ pub struct EnvironmentPlugin;
 
 impl Plugin for EnvironmentPlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::configure(app);
         app.register_type::<LiveEnvironment>()
             .register_type::<EnvironmentState>()
             .add_observer(take_light_away)
@@ -139,8 +145,19 @@ impl Plugin for EnvironmentPlugin {
             .add_systems(PostUpdate, request_refreshes.after(bevy::asset::AssetEventSystems))
             .add_systems(PostUpdate, parallax::follow_viewpoints.after(TransformSystems::Propagate));
         scene_probe::build(app);
-        filter_pass::build(app);
-        scene_probe_pass::build(app);
+    }
+
+    fn finish(&self, app: &mut App) {
+        let needs = Needs {
+            plugin: "EnvironmentPlugin",
+            purpose: "environments will not be filtered",
+            storage_buffers: 1,
+            storage_textures: 2,
+        };
+        if device::can_draw(app, &needs) {
+            filter_pass::build(app);
+            scene_probe_pass::build(app);
+        }
     }
 }
 

@@ -15,10 +15,7 @@ use bevy::{
 };
 
 pub(super) fn build(app: &mut App) {
-    let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-        return;
-    };
-    render_app
+    app.sub_app_mut(RenderApp)
         .init_resource::<SceneCopies>()
         .add_systems(ExtractSchedule, extract_scene_cubes)
         .add_systems(Render, announce_cubes.in_set(RenderSystems::PrepareResources))

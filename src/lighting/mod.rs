@@ -119,6 +119,7 @@ pub struct LightingPlugin;
 
 impl Plugin for LightingPlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::configure(app);
         app.register_type::<RealLight>()
             .register_type::<CameraMatch>()
             .register_type::<SelfCheck>()
@@ -135,7 +136,7 @@ impl Plugin for LightingPlugin {
                     real_light::follow_lights,
                 )
                     .chain()
-                    .after(MirrorballSystems::Measure),
+                    .in_set(MirrorballSystems::Light),
             );
     }
 }

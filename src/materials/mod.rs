@@ -87,6 +87,7 @@ pub struct MaterialsPlugin;
 
 impl Plugin for MaterialsPlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::configure(app);
         // Their shaders import the dome's, with or without a dome in the scene.
         if !app.is_plugin_added::<ShadowsPlugin>() {
             app.add_plugins(ShadowsPlugin);

@@ -3,7 +3,7 @@
 use super::{ImageBasedMaterial, ToonMaterial, outline::Outline};
 use crate::{
     camera::{ArCamera, CameraFrame, FrameMapping, FrameTexture},
-    shadows::{DomeShader, DomeTextures, Lamp},
+    shadows::{DomeIdentity, DomeShader, DomeTextures, Lamp},
     stage::{PhantomObject, StageRole},
 };
 use bevy::{
@@ -36,8 +36,8 @@ pub struct PhantomMaterial {
     views: Handle<ShaderBuffer>,
     #[storage(103, read_only)]
     weights: Handle<ShaderBuffer>,
-    #[texture(104)]
-    visibility: Handle<Image>,
+    #[storage(104, read_only)]
+    visibility: Handle<ShaderBuffer>,
     shader: DomeShader,
     receives: bool,
     has_lamps: bool,
@@ -103,7 +103,7 @@ pub(super) struct PhantomMaterials {
 struct PhantomSources {
     frame: Option<AssetId<Image>>,
     frame_uv_from_view_uv: Vec4,
-    textures: (AssetId<Image>, AssetId<Image>, DomeShader),
+    textures: DomeIdentity,
     has_lamps: bool,
 }
 

@@ -2,7 +2,7 @@
 // other side as that takes up of a disc around it.
 
 #import bevy_render::view::View
-#import bevy_mirrorball::shadows::samples::{IS_VIRTUAL, world_position}
+#import bevy_mirrorball::shadows::samples::{IS_VIRTUAL, first_sample, world_position}
 
 /// Mirror of `SoftEdgesUniform` in soft_edges.rs.
 struct SoftEdges {
@@ -27,6 +27,17 @@ const GOLDEN_TURN: vec4f = vec4f(-0.737369, -0.675490, 0.675490, -0.737369);
 /// What is virtual is behind a phantom if it is this share of the distance to the camera behind its surface.
 const LEAST_STEP: f32 = 2e-3;
 
+#ifdef MULTISAMPLED
+/// Where in its pixel the prepass has seen a surface.
+fn seen_at() -> vec2f {
+    return first_sample(textureNumSamples(depths));
+}
+#else
+fn seen_at() -> vec2f {
+    return first_sample(1u);
+}
+#endif
+
 /// What the prepass has seen at a pixel.
 struct Surface {
     pos_world: vec3f,
@@ -40,7 +51,8 @@ fn surface_at(pixel: vec2i) -> Surface {
     let facing = textureLoad(normals, pixel, 0);
     let is_virtual = abs(facing.a - IS_VIRTUAL) < 0.1;
     return Surface(
-        world_position(view.world_from_clip, view.viewport, pixel, max(depth, 1e-9)), normalize(facing.xyz * 2.0 - 1.0), depth > 0.0 && is_virtual, depth > 0.0 && !is_virtual,
+        world_position(view.world_from_clip, view.viewport, vec2f(pixel) + seen_at(), depth),
+        normalize(facing.xyz * 2.0 - 1.0), depth > 0.0 && is_virtual, depth > 0.0 && !is_virtual,
     );
 }
 

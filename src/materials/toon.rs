@@ -27,8 +27,8 @@ pub struct ToonShaded {
     views: Handle<ShaderBuffer>,
     #[storage(103, read_only)]
     weights: Handle<ShaderBuffer>,
-    #[texture(104)]
-    visibility: Handle<Image>,
+    #[storage(104, read_only)]
+    visibility: Handle<ShaderBuffer>,
     shader: DomeShader,
     #[uniform(105)]
     uniform: ToonUniform,

@@ -83,7 +83,8 @@ fn band_level(band: f32) -> f32 {
 /// How much of a point is highlight: 1 around where a perfect mirror would show the prevailing light, with a hard edge.
 fn highlight(surface: PbrInput, dir_bright: vec3f) -> f32 {
     let roughness = surface.material.perceptual_roughness;
-    let alpha = pow(max(roughness, LEAST_GLOSS_ROUGHNESS), 2.0);
+    let rough = max(roughness, LEAST_GLOSS_ROUGHNESS);
+    let alpha = rough * rough;
     let towards_light = max(dot(reflect(-surface.V, surface.N), dir_bright), LEAST_LIGHT);
     let lobe = pow(towards_light, 2.0 / (alpha * alpha) - 2.0);
     let half_width = clamp(0.5 * fwidth(lobe), LEAST_LIGHT, SOFTEST_EDGE);

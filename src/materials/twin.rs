@@ -2,7 +2,7 @@
 
 use super::SurfaceStyle;
 use crate::{
-    shadows::{DomeShader, DomeTextures, ShadowDomeLight},
+    shadows::{DomeIdentity, DomeTextures, ShadowDomeLight},
     stage::{StageRole, nearest},
 };
 use bevy::{
@@ -38,7 +38,7 @@ type TwinKey<E> = (AssetId<StandardMaterial>, <E as StyleExtension>::Parameters)
 #[derive(Resource)]
 pub(super) struct Twins<E: StyleExtension> {
     by_key: HashMap<TwinKey<E>, AssetId<TwinMaterial<E>>>,
-    made_with: Option<(AssetId<Image>, AssetId<Image>, DomeShader)>,
+    made_with: Option<DomeIdentity>,
 }
 
 impl<E: StyleExtension> Default for Twins<E> {

@@ -236,7 +236,8 @@ impl ProbeLens {
             LensNumbers { focal: Vec2::splat(radius), center, projection: Vec4::X, half_fov: PI, wrap: 1.0 };
         match *self {
             Self::Fisheye { projection, fov_degrees, .. } => {
-                (numbers.projection, numbers.half_fov) = (projection.one_hot(), 0.5 * fov_degrees.to_radians());
+                numbers.half_fov = 0.5 * fov_degrees.to_radians();
+                numbers.projection = projection.one_hot() / projection.radius(numbers.half_fov);
             }
             Self::Equirect => numbers.focal = size.as_vec2(),
             Self::SphereMap { wrap, .. } => numbers.wrap = wrap,
@@ -250,6 +251,8 @@ impl ProbeLens {
 pub(super) struct LensNumbers {
     pub focal: Vec2,
     pub center: Vec2,
+    /// 1 ÷ the rim's distance from the middle in focal lengths, at the lens's projection: equidistant, equisolid, stereographic,
+    /// orthographic.
     pub projection: Vec4,
     pub half_fov: f32,
     pub wrap: f32,

@@ -2,6 +2,8 @@
 
 #define_import_path bevy_mirrorball::probe::mirror_ball
 
+#import bevy_mirrorball::trigonometry::{angle_of, unit_vector}
+
 /// Mirror of `BallUniform` in unwrap_pass.rs. Camera space, metres, Bevy axes.
 struct Ball {
     center_camera: vec3f,
@@ -20,10 +22,9 @@ const AZIMUTH_EPSILON: f32 = 1e-6;
 
 /// One step closer to the angle of the surface point that mirrors the direction at an angle from the axis.
 fn newton_step(distance: f32, mirrored_angle: f32, theta: f32) -> f32 {
-    let s = sin(theta);
-    let c = cos(theta);
-    let view_angle = atan2(s, distance - c);
-    let slope = 2.0 + (distance * c - 1.0) / (distance * distance + 1.0 - 2.0 * distance * c);
+    let normal = unit_vector(theta);
+    let view_angle = angle_of(vec2f(distance - normal.x, normal.y));
+    let slope = 2.0 + (distance * normal.x - 1.0) / (distance * distance + 1.0 - 2.0 * distance * normal.x);
     return theta - (2.0 * theta + view_angle - mirrored_angle) / slope;
 }
 
@@ -59,10 +60,11 @@ fn side_of(axis: vec3f, dir: vec3f) -> vec3f {
 
 /// Angle of a direction from the axis.
 fn angle_from(axis: vec3f, dir: vec3f) -> f32 {
-    return atan2(length(dir - axis * dot(axis, dir)), dot(axis, dir));
+    return angle_of(vec2f(dot(axis, dir), length(dir - axis * dot(axis, dir))));
 }
 
 /// Point of the ball in camera space at an angle from the axis on the given side.
 fn ball_point(ball: Ball, axis: vec3f, side: vec3f, theta: f32) -> vec3f {
-    return ball.center_camera + ball.radius * (axis * cos(theta) + side * sin(theta));
+    let normal = unit_vector(theta);
+    return ball.center_camera + ball.radius * (axis * normal.x + side * normal.y);
 }

@@ -74,8 +74,13 @@ pub(crate) use cube_directions::cube_directions;
 pub(crate) use recovery::{EDGE_MARGIN_PIXELS, gain_limits};
 pub(crate) use unwrap_source::ClipGains;
 
-use crate::{MirrorballSystems, camera::ArCamera, sky::cube_image};
-use bevy::{light::EnvironmentMapLight, prelude::*, transform::TransformSystems};
+use crate::{
+    MirrorballSystems,
+    camera::ArCamera,
+    device::{self, Needs},
+    sky::cube_image,
+};
+use bevy::{light::EnvironmentMapLight, prelude::*};
 
 /// A mirrored ball standing in the real scene; its center is the entity's origin.
 ///
@@ -181,6 +186,7 @@ pub struct ProbePlugin;
 
 impl Plugin for ProbePlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::configure(app);
         app.register_type::<LightProbeSphere>()
             .register_type::<BallSurface>()
             .register_type::<UniformSky>()
@@ -192,7 +198,6 @@ impl Plugin for ProbePlugin {
             .register_type::<EnvironmentFallback>()
             .register_type::<EnvironmentOrigin>()
             .register_required_components::<ArCamera, EnvironmentFallback>()
-            .configure_sets(PostUpdate, MirrorballSystems::Measure.after(TransformSystems::Propagate))
             .add_systems(PreUpdate, allocate_cubes.after(MirrorballSystems::Track))
             .add_systems(
                 PostUpdate,
@@ -203,7 +208,18 @@ impl Plugin for ProbePlugin {
                     .chain()
                     .in_set(MirrorballSystems::Measure),
             );
-        unwrap_pass::build(app);
+    }
+
+    fn finish(&self, app: &mut App) {
+        let needs = Needs {
+            plugin: "ProbePlugin",
+            purpose: "environments will not be measured",
+            storage_buffers: 3,
+            storage_textures: 1,
+        };
+        if device::can_draw(app, &needs) {
+            unwrap_pass::build(app);
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use super::{
         ClipGains, ExtractedSource, ExtractedSources, PictureKind, SourceView, UnwrapUniform, extract_sources,
     },
 };
-use crate::MirrorballPasses;
+use crate::{MirrorballPasses, sky::cube_faces};
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
     core_pipeline::schedule::camera_driver,
@@ -40,14 +40,12 @@ const CHANGE_FORGETS: f32 = 6.0;
 /// Smaller steps from the assumed to the measured environment would get lost in the rounding of half floats.
 const LEAST_STEP: f32 = 1.0 / 64.0;
 pub(super) fn build(app: &mut App) {
+    crate::trigonometry::load(app);
+    crate::sky::load_shaders(app);
     load_shader_library!(app, "mirror_ball.wgsl");
     load_shader_library!(app, "solids.wgsl");
     embedded_asset!(app, "unwrap_pass.wgsl");
-    let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-        warn!("ProbePlugin: no renderer, environments will not be measured");
-        return;
-    };
-    render_app
+    app.sub_app_mut(RenderApp)
         .init_resource::<ExtractedSources>()
         .init_resource::<PreparedUnwraps>()
         .init_resource::<CubeWrites>()
@@ -252,11 +250,6 @@ fn prepare_unwraps(
             else {
                 continue;
             };
-            let faces = cube.texture.create_view(&TextureViewDescriptor {
-                label: Some("mirrorball_probe_cube_faces"),
-                dimension: Some(TextureViewDimension::D2Array),
-                ..default()
-            });
             let bind_group = device.create_bind_group(
                 "mirrorball_probe_unwrap_bind_group",
                 &pipeline_cache.get_bind_group_layout(&pipelines.layout),
@@ -267,7 +260,7 @@ fn prepare_unwraps(
                     blockers,
                     shown,
                     &history.view,
-                    &faces,
+                    &cube_faces(&cube.texture),
                 )),
             );
             known.bind_group = Some((views, bind_group));

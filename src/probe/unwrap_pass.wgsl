@@ -6,6 +6,8 @@
     Ball, side_of, angle_from, ball_point, normal_angle, neighboring_normal_angle,
 }
 #import bevy_mirrorball::probe::solids::{Solid, hidden_share, inside_of}
+#import bevy_mirrorball::sky::cubemap::face_direction
+#import bevy_mirrorball::trigonometry::{angle_of, unit_vector}
 
 /// Mirror of `UnwrapUniform` in unwrap_pass.rs.
 struct Unwrap {
@@ -29,7 +31,8 @@ struct Unwrap {
     history_scale: vec3f,
     /// What is left of the confidence in it, 0…1.
     history_keep: f32,
-    /// 1 at the lens's projection: equidistant, equisolid, stereographic, orthographic.
+    /// 1 ÷ the rim's distance from the middle in focal lengths, at the lens's projection: equidistant, equisolid, stereographic,
+    /// orthographic.
     lens: vec4f,
     /// Half the lens's field of view, in radians.
     half_fov: f32,
@@ -64,6 +67,8 @@ struct Unwrap {
 @group(0) @binding(6) var cube: texture_storage_2d_array<rgba16float, write>;
 
 const PI: f32 = 3.14159265358979;
+/// tan 1.57, beyond which the stereographic projection stays the same.
+const STEEPEST_STEREOGRAPHIC: f32 = 1255.7656;
 /// Most lookups per texel along each axis; one for each pixel that it covers up to there.
 const MOST_SAMPLES: f32 = 4.0;
 /// How much steeper than linear the passage from pixel to pixel is, so that a pixel's mean stays its own (4 % leak to each
@@ -179,17 +184,8 @@ fn gain_from(dir_world: vec3f, dir_camera: vec3f) -> vec3f {
 }
 
 /// World direction of a position (-1…1) on a cube face. Lookups negate z, so the faces are stored mirrored in z.
-fn face_direction(face: u32, p: vec2f) -> vec3f {
-    var dir: vec3f;
-    switch face {
-        case 0u: { dir = vec3f(1.0, -p.y, -p.x); }
-        case 1u: { dir = vec3f(-1.0, -p.y, p.x); }
-        case 2u: { dir = vec3f(p.x, 1.0, p.y); }
-        case 3u: { dir = vec3f(p.x, -1.0, -p.y); }
-        case 4u: { dir = vec3f(p.x, -p.y, 1.0); }
-        default: { dir = vec3f(-p.x, -p.y, -1.0); }
-    }
-    return normalize(dir) * vec3f(1.0, 1.0, -1.0);
+fn world_direction(face: u32, p: vec2f) -> vec3f {
+    return face_direction(face, p) * vec3f(1.0, 1.0, -1.0);
 }
 
 /// 1 inside of the picture, falling to 0 at its border.
@@ -293,15 +289,15 @@ fn surroundings_from(dir: vec3f) -> vec4f {
 fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
     let ball = unwrap.ball;
     let axis = -normalize(ball.center_camera);
-    let dir_world = face_direction(face, p);
+    let dir_world = world_direction(face, p);
     let dir = unwrap.camera_from_world * dir_world;
     let side = side_of(axis, dir);
     let angle = angle_from(axis, dir);
     let theta = normal_angle(ball, min(angle, ball.edge_angle));
     let point = ball_point(ball, axis, side, theta);
     let pixel = project(point);
-    let to_right = unwrap.camera_from_world * face_direction(face, p + vec2f(step, 0.0));
-    let to_down = unwrap.camera_from_world * face_direction(face, p + vec2f(0.0, step));
+    let to_right = unwrap.camera_from_world * world_direction(face, p + vec2f(step, 0.0));
+    let to_down = unwrap.camera_from_world * world_direction(face, p + vec2f(0.0, step));
     let theta_right = neighboring_normal_angle(ball, min(angle_from(axis, to_right), ball.edge_angle), theta);
     let theta_down = neighboring_normal_angle(ball, min(angle_from(axis, to_down), ball.edge_angle), theta);
     let texel = mat2x2f(
@@ -326,8 +322,8 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
         let inward = clamp((angle - ball.edge_angle) / (PI - ball.edge_angle), 0.0, 1.0);
         var ring = vec4f(0.0);
         for (var i = 0u; i < RING; i++) {
-            let azimuth = PI * inward * ((2.0 * f32(i) + 1.0) / f32(RING) - 1.0);
-            let rim = ball_point(ball, axis, side * cos(azimuth) + other * sin(azimuth), rim_theta);
+            let azimuth = unit_vector(PI * inward * ((2.0 * f32(i) + 1.0) / f32(RING) - 1.0));
+            let rim = ball_point(ball, axis, side * azimuth.x + other * azimuth.y, rim_theta);
             let weight = view_of(rim) + 1e-3;
             ring += vec4f(sample_frame(project(rim), gain, SMOOTH) / ball.reflectance, 1.0) * weight;
         }
@@ -347,24 +343,26 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
 /// Pixel that shows a direction (camera space). Twin of `lens.rs`.
 fn picture_point(dir: vec3f) -> vec2f {
     let across = length(dir.xy);
-    let angle = atan2(across, -dir.z);
-    let radial = vec4f(angle, 2.0 * sin(0.5 * angle), 2.0 * tan(min(0.5 * angle, 1.57)), sin(min(angle, 0.5 * PI)));
-    let half_fov = unwrap.half_fov;
-    let rim = vec4f(half_fov, 2.0 * sin(0.5 * half_fov), 2.0 * tan(min(0.5 * half_fov, 1.57)), sin(half_fov));
+    // Sine and tangent of half the angle θ from the axis: 2 cos²(θ/2) = 1 + cos θ.
+    let twice_squared = max(1.0 - dir.z, 1e-6);
+    let angle = angle_of(vec2f(-dir.z, across));
+    let equisolid = min(across * inverseSqrt(0.5 * twice_squared), 2.0);
+    let stereographic = 2.0 * min(across / twice_squared, STEEPEST_STEREOGRAPHIC);
+    let radial = vec4f(angle, equisolid, stereographic, select(1.0, across, dir.z < 0.0));
     let side = vec2f(dir.x, -dir.y) / max(across, 1e-6);
-    return unwrap.center + unwrap.focal * side * (dot(radial, unwrap.lens) / dot(rim, unwrap.lens));
+    return unwrap.center + unwrap.focal * side * dot(radial, unwrap.lens);
 }
 /// Radians inside of the lens's field of view, per pixel.
 fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
-    let inside = unwrap.half_fov - atan2(length(dir.xy), -dir.z);
+    let inside = unwrap.half_fov - angle_of(vec2f(-dir.z, length(dir.xy)));
     let soft = SOFT_PIXELS * unwrap.half_fov / min(unwrap.focal.x, unwrap.focal.y);
     return clamp(inside / soft, 0.0, 1.0) * inside_frame(pixel);
 }
 #else ifdef EQUIRECT
 /// Pixel that shows a direction: columns from −Z towards +X, rows from +Y down. Twin of `lens.rs`.
 fn picture_point(dir: vec3f) -> vec2f {
-    let azimuth = atan2(dir.x, -dir.z) / (2.0 * PI);
-    let polar = acos(clamp(dir.y, -1.0, 1.0)) / PI;
+    let azimuth = angle_of(vec2f(-dir.z, dir.x)) / (2.0 * PI);
+    let polar = angle_of(vec2f(dir.y, length(dir.xz))) / PI;
     return unwrap.focal * vec2f(azimuth - floor(azimuth), polar);
 }
 fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
@@ -386,11 +384,11 @@ fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
 #endif
 
 fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
-    let dir_world = face_direction(face, p);
+    let dir_world = world_direction(face, p);
     let dir = unwrap.camera_from_world * dir_world;
     let pixel = picture_point(dir);
-    var right = picture_point(unwrap.camera_from_world * face_direction(face, p + vec2f(step, 0.0))) - pixel;
-    var down = picture_point(unwrap.camera_from_world * face_direction(face, p + vec2f(0.0, step))) - pixel;
+    var right = picture_point(unwrap.camera_from_world * world_direction(face, p + vec2f(step, 0.0))) - pixel;
+    var down = picture_point(unwrap.camera_from_world * world_direction(face, p + vec2f(0.0, step))) - pixel;
 #ifdef EQUIRECT
     // The shorter way around.
     right.x -= unwrap.focal.x * round(right.x / unwrap.focal.x);

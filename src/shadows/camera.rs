@@ -1,4 +1,4 @@
-//! Which camera has a visibility pass, and the texture it writes.
+//! Which camera has a visibility pass, and the buffer it writes.
 
 use super::{DomeTextures, ShadowDomeLight, VisibilitySamples, visibility_pass::ServedByDome};
 use crate::camera::ArCamera;
@@ -6,18 +6,17 @@ use bevy::{
     asset::RenderAssetUsages,
     core_pipeline::prepass::{DepthPrepass, NormalPrepass},
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
+    render::storage::ShaderBuffer,
 };
 
-/// A texture for the shares of light that arrive.
-pub(super) fn visibility_image(size: UVec2) -> Image {
-    let extent = Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
-    let format = TextureFormat::Rgba16Float;
-    let mut image = Image::new_uninit(extent, TextureDimension::D2, format, RenderAssetUsages::RENDER_WORLD);
-    image.texture_descriptor.label = Some("mirrorball_shadows_visibility");
-    image.texture_descriptor.usage = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING;
-    image
+/// A buffer for the shares of light that arrive at samples.
+pub(super) fn visibility_buffer(size: UVec2) -> ShaderBuffer {
+    let bytes = size.element_product() as usize * VISIBILITY_BYTES;
+    ShaderBuffer::new(&vec![0; bytes], RenderAssetUsages::RENDER_WORLD)
 }
+
+/// Of a sample, in `visibility_pass.wgsl`.
+const VISIBILITY_BYTES: usize = 8;
 
 type CameraItem =
     (Entity, &'static Camera, Has<ArCamera>, Option<&'static ServedByDome>, Has<DepthPrepass>, Has<NormalPrepass>);
@@ -26,7 +25,7 @@ type CameraItem =
 pub(super) fn serve_camera(
     mut commands: Commands,
     mut textures: ResMut<DomeTextures>,
-    mut images: ResMut<Assets<Image>>,
+    mut buffers: ResMut<Assets<ShaderBuffer>>,
     domes: Query<&ShadowDomeLight>,
     cameras: Query<CameraItem, With<Camera3d>>,
 ) {
@@ -50,7 +49,7 @@ pub(super) fn serve_camera(
         }
     }
     if textures.visibility_size != wanted {
-        textures.visibility = images.add(visibility_image(wanted));
+        textures.visibility = buffers.add(visibility_buffer(wanted));
         textures.visibility_size = wanted;
     }
 }

@@ -34,10 +34,7 @@ use std::ops::Range;
 
 pub(super) fn build(app: &mut App) {
     embedded_asset!(app, "depth_pass.wgsl");
-    let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-        return;
-    };
-    render_app
+    app.sub_app_mut(RenderApp)
         .init_resource::<SpecializedMeshPipelines<DepthPipeline>>()
         .init_resource::<PreparedDepth>()
         .add_systems(RenderStartup, init_depth_pipeline)

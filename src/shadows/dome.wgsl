@@ -41,6 +41,8 @@ struct Dome {
     /// The camera whose visibility is in a texture: pixels across one of its samples (0 for no camera). Then 1 if reflections
     /// are occluded, too. Then whether there are virtual casters (1) and phantoms (2) in the atlas, and lamps of the engine (4). Then the first key light.
     served: vec4u,
+    /// Columns and rows of its samples.
+    visibility_size: vec4u,
     /// That camera's matrix, without jitter.
     served_clip_from_world: mat4x4f,
     views: array<DomeView>,

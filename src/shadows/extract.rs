@@ -13,7 +13,6 @@ use bevy::{
     prelude::*,
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
-        extract_resource::ExtractResourcePlugin,
         render_asset::RenderAssets,
         render_resource::{ShaderType, encase::StorageBuffer},
         renderer::RenderQueue,
@@ -24,15 +23,7 @@ use bevy::{
 use std::collections::BTreeSet;
 
 pub(super) fn build(app: &mut App) {
-    if app.get_sub_app(RenderApp).is_none() {
-        warn!("ShadowsPlugin: no renderer, there will be no dome shadows");
-        return;
-    }
-    app.add_plugins(ExtractResourcePlugin::<DomeTextures>::default());
-    let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-        return;
-    };
-    render_app
+    app.sub_app_mut(RenderApp)
         .init_resource::<ExtractedDome>()
         .init_resource::<DomeViews>()
         .add_systems(ExtractSchedule, extract_dome)
@@ -90,6 +81,7 @@ struct DomeUniform {
     counts: UVec4,
     params: Vec4,
     served: UVec4,
+    visibility_size: UVec4,
     served_clip_from_world: Mat4,
     #[shader(size(runtime))]
     views: Vec<ViewUniform>,
@@ -186,13 +178,16 @@ pub(super) fn write_views(
             casters | u32::from(fitted.has_lamps) << 2,
             layout.directions,
         ),
+        visibility_size: textures.visibility_size.extend(0).extend(0),
         served_clip_from_world: served
             .map_or(Mat4::ZERO, |view| view.clip_from_view * view.world_from_view.to_matrix().inverse()),
         views: std::mem::take(&mut views.uniform.views),
     };
     let old = &views.uniform;
-    let is_header_new = (old.counts, old.params, old.served, old.served_clip_from_world)
-        != (header.counts, header.params, header.served, header.served_clip_from_world);
+    let parts = |header: &DomeUniform| {
+        (header.counts, header.params, header.served, header.visibility_size, header.served_clip_from_world)
+    };
+    let is_header_new = parts(old) != parts(&header);
     let is_written = std::mem::replace(&mut views.is_written, true);
     views.uniform = header;
     if is_written && !is_header_new {

@@ -2,7 +2,7 @@
 //!
 //! **Enters:** the meshes of the stage, the environment cube of a probe or, without one, the camera's `EnvironmentMapLight`,
 //! [`RealLight`]s, a [`ShadowDomeLight`]. **Leaves:** [`DomeTextures`]: one depth atlas and two buffers from which materials
-//! compute, per pixel and color channel, which share of the light arrives (`visibility.wgsl`), and a texture with what the
+//! compute, per pixel and color channel, which share of the light arrives (`visibility.wgsl`), and a third with what the
 //! visibility pass has computed for one camera.
 //!
 //! # How
@@ -73,13 +73,22 @@ pub(crate) use casters::Cutout;
 pub(crate) use filter::DomeShader;
 pub use filter::ShadowFilter;
 pub use lights_file::{DomeLights, FileLight, FileLightKind, LightsFile, LightsFileError};
+pub(crate) use textures::DomeIdentity;
 pub use textures::DomeTextures;
 
-use crate::{MirrorballSystems, camera::ArCamera, lighting::RealLight, probe::EnvironmentCube};
+use crate::{
+    MirrorballSystems,
+    camera::ArCamera,
+    device::{self, Needs},
+    lighting::RealLight,
+    probe::EnvironmentCube,
+};
 use bevy::{
     prelude::*,
     render::{
         RenderApp,
+        extract_component::ExtractComponentPlugin,
+        extract_resource::ExtractResourcePlugin,
         gpu_readback::{Readback, ReadbackComplete},
     },
     shader::load_shader_library,
@@ -227,6 +236,7 @@ pub struct ShadowsPlugin;
 
 impl Plugin for ShadowsPlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::configure(app);
         load_shader_library!(app, "dome.wgsl");
         load_shader_library!(app, "samples.wgsl");
         load_shader_library!(app, "maps.wgsl");
@@ -248,17 +258,29 @@ impl Plugin for ShadowsPlugin {
                 )
                     .chain()
                     .after(bevy::camera::visibility::VisibilitySystems::CheckVisibility)
-                    .in_set(MirrorballSystems::Measure),
+                    .in_set(MirrorballSystems::Shade),
             );
-        extract::build(app);
-        depth_pass::build(app);
-        weights_pass::build(app);
-        visibility_pass::build(app);
+        if app.get_sub_app(RenderApp).is_some() {
+            app.add_plugins((
+                ExtractResourcePlugin::<DomeTextures>::default(),
+                ExtractComponentPlugin::<visibility_pass::ServedByDome>::default(),
+            ));
+        }
     }
 
     fn finish(&self, app: &mut App) {
-        if app.get_sub_app(RenderApp).is_some() {
+        let needs = Needs {
+            plugin: "ShadowsPlugin",
+            purpose: "there will be no dome shadows, phantoms or toons",
+            storage_buffers: 6,
+            storage_textures: 1,
+        };
+        if device::can_draw(app, &needs) {
             app.init_resource::<DomeTextures>();
+            extract::build(app);
+            depth_pass::build(app);
+            weights_pass::build(app);
+            visibility_pass::build(app);
         }
     }
 }

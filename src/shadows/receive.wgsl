@@ -5,7 +5,7 @@
 
 #import bevy_pbr::mesh_view_bindings::view
 #import bevy_mirrorball::shadows::maps::dome
-#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike, world_position}
+#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike, first_sample, world_position}
 #import bevy_mirrorball::shadows::visibility::{
     brightness_left, has_lamps, phantom_visibility, real_visibility, virtual_visibility,
 }
@@ -15,7 +15,8 @@
 #endif
 #endif
 
-@group(#{MATERIAL_BIND_GROUP}) @binding(104) var visibility_map: texture_2d<f32>;
+/// Of each sample of the visibility pass, row by row: four 16-bit floats.
+@group(#{MATERIAL_BIND_GROUP}) @binding(104) var<storage, read> samples_seen: array<vec2u>;
 
 /// With less weight than this on all samples together, the fragment looks at the shadow maps itself.
 const LEAST_WEIGHT: f32 = 0.05;
@@ -24,18 +25,29 @@ const LEAST_WEIGHT: f32 = 0.05;
 #ifdef NORMAL_PREPASS
 /// What the samples of the pass around a fragment have seen.
 struct Seen {
-    /// As in the visibility texture.
+    /// As the visibility pass has stored it.
     share: vec4f,
     /// That they deserve together.
     weight: f32,
 }
 
+#ifdef MULTISAMPLED
+/// Where in its pixel the prepass has seen a surface.
+fn seen_at() -> vec2f {
+    return first_sample(textureNumSamples(depth_prepass_texture));
+}
+#else
+fn seen_at() -> vec2f {
+    return first_sample(1u);
+}
+#endif
+
 fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -> Seen {
     let step = f32(dome.served.x);
-    let place = (frag_coord.xy - 0.5) / step;
+    let place = max((frag_coord.xy - seen_at()) / step, vec2f(0.0));
     let base = floor(place);
     let share = place - base;
-    let last = vec2f(textureDimensions(visibility_map)) - 1.0;
+    let last = vec2f(dome.visibility_size.xy) - 1.0;
     let distance_to_camera = distance(pos_world, view.world_position);
     var sum = vec4f(0.0);
     var weights = 0.0;
@@ -44,10 +56,11 @@ fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -
         let sample = min(base + corner, last);
         let pixel = vec2i(sample * step);
         let bilinear = mix(1.0 - share, share, corner);
-        let stored = textureLoad(visibility_map, vec2i(sample), 0);
+        let packed = samples_seen[u32(sample.y) * dome.visibility_size.x + u32(sample.x)];
+        let stored = vec4f(unpack2x16float(packed.x), unpack2x16float(packed.y));
         let depth = textureLoad(depth_prepass_texture, pixel, 0);
         let facing = textureLoad(normal_prepass_texture, pixel, 0);
-        let offset = world_position(view.world_from_clip, view.viewport, pixel, depth) - pos_world;
+        let offset = world_position(view.world_from_clip, view.viewport, vec2f(pixel) + seen_at(), depth) - pos_world;
         let is_same = depth > 0.0 && abs(facing.a - kind) < 0.1;
         let same = alike(offset, normal, normalize(facing.xyz * 2.0 - 1.0), distance_to_camera);
         let weight = select(0.0, bilinear.x * bilinear.y * same, is_same && stored.a > 0.0);
@@ -57,13 +70,14 @@ fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -
     return Seen(sum / max(weights, 1e-6), weights);
 }
 
-/// Whether the visibility texture is this camera's.
+/// Whether the visibility samples are this camera's, and of its size as it is now.
 fn is_served() -> bool {
     let difference = abs(dome.served_clip_from_world[0] - view.unjittered_clip_from_world[0])
         + abs(dome.served_clip_from_world[1] - view.unjittered_clip_from_world[1])
         + abs(dome.served_clip_from_world[2] - view.unjittered_clip_from_world[2])
         + abs(dome.served_clip_from_world[3] - view.unjittered_clip_from_world[3]);
-    return dome.served.x > 0u && dot(difference, vec4f(1.0)) < 1e-4;
+    let is_whole = arrayLength(&samples_seen) == dome.visibility_size.x * dome.visibility_size.y;
+    return dome.served.x > 0u && is_whole && dot(difference, vec4f(1.0)) < 1e-4;
 }
 #endif
 #endif

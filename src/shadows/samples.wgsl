@@ -19,9 +19,24 @@ fn alike(offset: vec3f, normal: vec3f, other_normal: vec3f, distance_to_camera: 
     return select(0.0, smoothstep(SAME_NORMAL.x, SAME_NORMAL.y, dot(other_normal, normal)), is_near);
 }
 
-/// Where in the world the middle of a pixel is at a depth.
-fn world_position(world_from_clip: mat4x4f, viewport: vec4f, pixel: vec2i, depth: f32) -> vec3f {
-    let uv = (vec2f(pixel) + 0.5 - viewport.xy) / viewport.zw;
-    let pos = world_from_clip * vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, depth, 1.0);
+/// Depths below this count as this much: what is infinitely far has no place in the world.
+const FARTHEST_DEPTH: f32 = 1e-9;
+
+/// Where in a pixel its first sample lies, from the top-left corner: the middle without multisampling, else where Vulkan, Direct3D
+/// and Metal put it by standard (Vulkan 1.3, 25.4 "Multisampling").
+fn first_sample(samples: u32) -> vec2f {
+    switch samples {
+        case 2u: { return vec2f(0.75, 0.75); }
+        case 4u: { return vec2f(0.375, 0.125); }
+        case 8u: { return vec2f(0.5625, 0.3125); }
+        case 16u: { return vec2f(0.5625, 0.5625); }
+        default: { return vec2f(0.5, 0.5); }
+    }
+}
+
+/// Where in the world a place in the picture, in pixels, is at a depth.
+fn world_position(world_from_clip: mat4x4f, viewport: vec4f, place: vec2f, depth: f32) -> vec3f {
+    let uv = (place - viewport.xy) / viewport.zw;
+    let pos = world_from_clip * vec4f(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0, max(depth, FARTHEST_DEPTH), 1.0);
     return pos.xyz / pos.w;
 }

@@ -1,6 +1,6 @@
 //! The depth atlas and the buffers that materials read.
 
-use super::{DomeShader, FittedDome, ShadowDomeLight, WEIGHT_BYTES, camera::visibility_image};
+use super::{DomeShader, FittedDome, ShadowDomeLight, WEIGHT_BYTES, camera::visibility_buffer};
 use bevy::{
     asset::RenderAssetUsages,
     image::{ImageCompareFunction, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
@@ -18,6 +18,9 @@ const MAX_ATLAS_EDGE: u32 = 8192;
 /// Where materials and the visibility pass bind the atlas, its sampler, the views and the weights.
 pub(super) const SHADOW_BINDINGS: [u32; 4] = [100, 101, 102, 103];
 
+/// What materials have to follow: they are made anew when it changes.
+pub(crate) type DomeIdentity = (AssetId<Image>, AssetId<ShaderBuffer>, DomeShader);
+
 /// What materials bind to find out which share of the light arrives at a point; see `visibility.wgsl`.
 ///
 /// The handles change only with the dome's settings. All contents are written on the GPU side.
@@ -30,8 +33,9 @@ pub struct DomeTextures {
     /// Radiance × solid angle of every direction in linear camera units (`DomeWeight` in dome.wgsl): those with shadow maps,
     /// key lights, those without, then `L_p`.
     pub weights: Handle<ShaderBuffer>,
-    /// What the visibility pass has seen: red, green and blue share of the light that arrives, and 1.
-    pub visibility: Handle<Image>,
+    /// What the visibility pass has seen, row by row, four 16-bit floats each: red, green and blue share of the light that arrives,
+    /// and 1. A buffer, since the textures of Bevy's materials and of this crate would not fit WebGPU's limit of 16.
+    pub visibility: Handle<ShaderBuffer>,
     pub(super) visibility_size: UVec2,
     pub(crate) shader: DomeShader,
     pub(super) layout: AtlasLayout,
@@ -43,7 +47,6 @@ impl FromWorld for DomeTextures {
         let mut images = world.resource_mut::<Assets<Image>>();
         let atlas = images.add(layout.image());
         let visibility_size = UVec2::ONE;
-        let visibility = images.add(visibility_image(visibility_size));
         let mut buffers = world.resource_mut::<Assets<ShaderBuffer>>();
         let most = (2 * ShadowDomeLight::MAX_DIRECTIONS + ShadowDomeLight::MAX_KEY_LIGHTS) as usize;
         let mut buffer = |size| {
@@ -51,11 +54,12 @@ impl FromWorld for DomeTextures {
             buffer.buffer_description.usage |= BufferUsages::COPY_SRC;
             buffers.add(buffer)
         };
+        let (views, weights) = (buffer(VIEWS_HEADER + VIEW_BYTES * most), buffer(WEIGHT_BYTES * (most + 1)));
         Self {
             atlas,
-            views: buffer(VIEWS_HEADER + VIEW_BYTES * most),
-            weights: buffer(WEIGHT_BYTES * (most + 1)),
-            visibility,
+            views,
+            weights,
+            visibility: buffers.add(visibility_buffer(visibility_size)),
             visibility_size,
             shader: DomeShader::default(),
             layout,
@@ -64,14 +68,13 @@ impl FromWorld for DomeTextures {
 }
 
 impl DomeTextures {
-    /// What materials have to follow: they are made anew when it changes.
-    pub(crate) fn identity(&self) -> (AssetId<Image>, AssetId<Image>, DomeShader) {
+    pub(crate) fn identity(&self) -> DomeIdentity {
         (self.atlas.id(), self.visibility.id(), self.shader)
     }
 }
 
 /// Bytes of `Dome` in dome.wgsl before its views.
-pub(super) const VIEWS_HEADER: usize = 3 * 16 + 64;
+pub(super) const VIEWS_HEADER: usize = 4 * 16 + 64;
 /// Bytes of `DomeView` in dome.wgsl.
 const VIEW_BYTES: usize = 48;
 

@@ -17,7 +17,7 @@ use bevy::{
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
         diagnostic::RecordDiagnostics,
-        extract_component::{ExtractComponent, ExtractComponentPlugin},
+        extract_component::ExtractComponent,
         render_asset::RenderAssets,
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
@@ -25,8 +25,8 @@ use bevy::{
             SamplerBindingType, ShaderStages, StorageTextureAccess, TextureDescriptor, TextureDimension, TextureFormat,
             TextureSampleType, TextureUsages, TextureView, TextureViewDescriptor, TextureViewId,
             binding_types::{
-                sampler, storage_buffer_read_only_sized, texture_2d, texture_2d_multisampled, texture_depth_2d,
-                texture_depth_2d_multisampled, texture_storage_2d, uniform_buffer,
+                sampler, storage_buffer_read_only_sized, storage_buffer_sized, texture_2d, texture_2d_multisampled,
+                texture_depth_2d, texture_depth_2d_multisampled, texture_storage_2d, uniform_buffer,
             },
         },
         renderer::{RenderContext, RenderDevice, ViewQuery},
@@ -44,11 +44,7 @@ const DOME_GROUP: u32 = 1;
 
 pub(super) fn build(app: &mut App) {
     embedded_asset!(app, "visibility_pass.wgsl");
-    app.add_plugins(ExtractComponentPlugin::<ServedByDome>::default());
-    let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-        return;
-    };
-    render_app
+    app.sub_app_mut(RenderApp)
         .init_resource::<DomeBindings>()
         .add_systems(RenderStartup, init_visibility_pipelines)
         .add_systems(Render, prepare_dome_bindings.in_set(RenderSystems::PrepareBindGroups))
@@ -141,8 +137,11 @@ fn view_layout(is_multisampled: bool, step: Step) -> BindGroupLayoutDescriptor {
     } else {
         (texture_depth_2d(), texture_2d(unfiltered))
     };
-    let format = if step == Step::Tally { TALLY_FORMAT } else { TextureFormat::Rgba16Float };
-    let written = texture_storage_2d(format, StorageTextureAccess::WriteOnly);
+    let written = if step == Step::Tally {
+        texture_storage_2d(TALLY_FORMAT, StorageTextureAccess::WriteOnly)
+    } else {
+        storage_buffer_sized(false, None)
+    };
     let shared = (uniform_buffer::<ViewUniform>(true), depths, normals, written);
     let compute = ShaderStages::COMPUTE;
     if step == Step::Gather {
@@ -187,6 +186,11 @@ impl VisibilityPipelines {
 /// A sample's sums over a quarter of the directions, eight 16-bit floats.
 const TALLY_FORMAT: TextureFormat = TextureFormat::Rgba32Uint;
 
+fn samples_extent(textures: &DomeTextures) -> Extent3d {
+    let UVec2 { x: width, y: height } = textures.visibility_size;
+    Extent3d { width, height, depth_or_array_layers: 1 }
+}
+
 /// The dome's bindings and what the pass needs besides, remade when what they were made from changes.
 #[derive(Resource, Default)]
 struct DomeBindings {
@@ -212,12 +216,9 @@ fn prepare_dome_bindings(
     let (Some(textures), Some(msaa)) = (textures, served.iter().next()) else {
         return;
     };
-    let (Some(atlas), Some(views), Some(weights), Some(map)) = (
-        images.get(&textures.atlas),
-        buffers.get(&textures.views),
-        buffers.get(&textures.weights),
-        images.get(&textures.visibility),
-    ) else {
+    let (Some(atlas), Some(views), Some(weights)) =
+        (images.get(&textures.atlas), buffers.get(&textures.views), buffers.get(&textures.weights))
+    else {
         return;
     };
     let is_multisampled = msaa.samples() > 1;
@@ -227,7 +228,7 @@ fn prepare_dome_bindings(
             prepared.steps.push((step, pipeline, layout));
         }
     }
-    let size = map.texture_descriptor.size;
+    let size = samples_extent(&textures);
     if dome.fitted.samples != VisibilitySamples::Interleaved {
         prepared.tallies = None;
     } else if prepared.tallies.as_ref().is_none_or(|(of, _)| *of != size) {
@@ -267,7 +268,7 @@ fn visibility_pass(
     textures: Option<Res<DomeTextures>>,
     view_uniforms: Res<ViewUniforms>,
     pipeline_cache: Res<PipelineCache>,
-    images: Res<RenderAssets<GpuImage>>,
+    buffers: Res<RenderAssets<GpuShaderBuffer>>,
     device: Res<RenderDevice>,
     mut ctx: RenderContext,
 ) {
@@ -279,7 +280,7 @@ fn visibility_pass(
         prepass.depth_view(),
         prepass.normal_view(),
         view_uniforms.uniforms.binding(),
-        images.get(&textures.visibility),
+        buffers.get(&textures.visibility),
     ) else {
         return;
     };
@@ -289,7 +290,7 @@ fn visibility_pass(
     if prepared.steps.is_empty() || !prepared.steps.iter().all(ready) {
         return;
     }
-    let size = map.texture_descriptor.size;
+    let size = samples_extent(&textures);
     let diagnostics = ctx.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
     let mut pass = ctx.command_encoder().begin_compute_pass(&ComputePassDescriptor {
@@ -305,7 +306,13 @@ fn visibility_pass(
             (Step::Gather, Some(tallies)) => device.create_bind_group(
                 label,
                 layout,
-                &BindGroupEntries::sequential((uniforms.clone(), depth, normal, &map.texture_view, tallies)),
+                &BindGroupEntries::sequential((
+                    uniforms.clone(),
+                    depth,
+                    normal,
+                    map.buffer.as_entire_binding(),
+                    tallies,
+                )),
             ),
             (Step::Tally, Some(tallies)) => device.create_bind_group(
                 label,
@@ -315,7 +322,7 @@ fn visibility_pass(
             _ => device.create_bind_group(
                 label,
                 layout,
-                &BindGroupEntries::sequential((uniforms.clone(), depth, normal, &map.texture_view)),
+                &BindGroupEntries::sequential((uniforms.clone(), depth, normal, map.buffer.as_entire_binding())),
             ),
         };
         let Some(pipeline) = pipeline_cache.get_compute_pipeline(*id) else { continue };

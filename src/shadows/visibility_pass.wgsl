@@ -6,7 +6,7 @@
 
 #import bevy_render::view::View
 #import bevy_mirrorball::shadows::maps::dome
-#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike, world_position}
+#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike, first_sample, world_position}
 #import bevy_mirrorball::shadows::visibility::{
     Ranks, Tally, brightness_left, has_lamps, luminance, phantom_factor, phantom_keys, phantom_tally,
     phantom_visibility, real_visibility, sum_of, surface_factor, surface_keys, surface_tally, virtual_visibility,
@@ -23,14 +23,32 @@
 #ifdef TALLY
 @group(0) @binding(3) var tallies: texture_storage_2d<rgba32uint, write>;
 #else
-@group(0) @binding(3) var map: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(3) var<storage, read_write> samples_seen: array<vec2u>;
 #endif
 #ifdef GATHER
 @group(0) @binding(4) var tallies: texture_2d<u32>;
 #endif
 
+#ifndef TALLY
+fn store(sample: vec2u, share: vec4f) {
+    let at = sample.y * dome.visibility_size.x + sample.x;
+    samples_seen[at] = vec2u(pack2x16float(share.rg), pack2x16float(share.ba));
+}
+#endif
+
 /// Samples along each side of a square in which every direction is looked at once.
 const SQUARE: u32 = 2u;
+
+#ifdef MULTISAMPLED
+/// Where in its pixel the prepass has seen a surface.
+fn seen_at() -> vec2f {
+    return first_sample(textureNumSamples(depths));
+}
+#else
+fn seen_at() -> vec2f {
+    return first_sample(1u);
+}
+#endif
 
 /// What the prepass has seen at a sample.
 struct Surface {
@@ -46,7 +64,7 @@ fn surface_at(sample: vec2u) -> Surface {
     let facing = textureLoad(normals, pixel, 0);
     // What was drawn there says the normal's alpha.
     return Surface(
-        world_position(view.world_from_clip, view.viewport, pixel, depth), normalize(facing.xyz * 2.0 - 1.0),
+        world_position(view.world_from_clip, view.viewport, vec2f(pixel) + seen_at(), depth), normalize(facing.xyz * 2.0 - 1.0),
         depth > 0.0 && abs(facing.a - IS_PHANTOM) < 0.1, depth > 0.0 && abs(facing.a - IS_VIRTUAL) < 0.1,
     );
 }
@@ -130,7 +148,7 @@ fn gather_tallies(sample: vec2u, here: Surface) -> Gathered {
 
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(map)) {
+    if any(id.xy >= dome.visibility_size.xy) {
         return;
     }
     let here = surface_at(id.xy);
@@ -150,7 +168,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             result = vec4f(surface_factor(sum_of(found.total, keys)), 1.0);
         }
     }
-    textureStore(map, id.xy, result);
+    store(id.xy, result);
 }
 #endif
 
@@ -158,7 +176,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
 #ifndef GATHER
 @compute @workgroup_size(8, 8)
 fn see(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(map)) {
+    if any(id.xy >= dome.visibility_size.xy) {
         return;
     }
     let here = surface_at(id.xy);
@@ -171,7 +189,7 @@ fn see(@builtin(global_invocation_id) id: vec3u) {
     } else if here.is_virtual {
         result = vec4f(virtual_visibility(here.pos_world, here.normal), 1.0);
     }
-    textureStore(map, id.xy, result);
+    store(id.xy, result);
 }
 #endif
 #endif

@@ -8,7 +8,7 @@ use super::{
     key_lights::KeyLight,
     textures::DomeTextures,
 };
-use crate::{MirrorballPasses, probe::CubeWrites};
+use crate::{MirrorballPasses, probe::CubeWrites, sky::cube_faces};
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
     core_pipeline::schedule::camera_driver,
@@ -19,11 +19,9 @@ use bevy::{
         render_asset::RenderAssets,
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
-            ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, SamplerBindingType, ShaderStages,
-            ShaderType, StorageBuffer, TextureSampleType, TextureUsages, TextureViewId, UniformBuffer,
-            binding_types::{
-                sampler, storage_buffer_read_only_sized, storage_buffer_sized, texture_cube, uniform_buffer,
-            },
+            ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, ShaderStages, ShaderType, StorageBuffer,
+            TextureSampleType, TextureUsages, TextureViewId, UniformBuffer,
+            binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, texture_2d_array, uniform_buffer},
         },
         renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
         storage::GpuShaderBuffer,
@@ -36,11 +34,9 @@ use std::{
 };
 
 pub(super) fn build(app: &mut App) {
+    crate::sky::load_shaders(app);
     embedded_asset!(app, "weights_pass.wgsl");
-    let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-        return;
-    };
-    render_app
+    app.sub_app_mut(RenderApp)
         .init_resource::<PreparedWeights>()
         .init_resource::<CubeWrites>()
         .add_systems(RenderStartup, init_weights_pipelines)
@@ -57,7 +53,7 @@ struct WeightsUniform {
     cube_from_dome: Mat3,
     counts: UVec3,
     dim_share: f32,
-    level: f32,
+    level: u32,
 }
 
 #[derive(Resource)]
@@ -74,8 +70,7 @@ fn init_weights_pipelines(mut commands: Commands, asset_server: Res<AssetServer>
         &BindGroupLayoutEntries::sequential(
             ShaderStages::COMPUTE,
             (
-                texture_cube(TextureSampleType::Float { filterable: true }),
-                sampler(SamplerBindingType::Filtering),
+                texture_2d_array(TextureSampleType::Float { filterable: false }),
                 uniform_buffer::<WeightsUniform>(false),
                 storage_buffer_read_only_sized(false, None),
                 storage_buffer_read_only_sized(false, None),
@@ -202,11 +197,12 @@ fn prepare_weights(
     let Some(weights) = textures.and_then(|textures| buffers.get(&textures.weights)) else {
         return;
     };
+    let level = (size / (2 * edge)).max(1).ilog2();
     let mut uniform = UniformBuffer::from(WeightsUniform {
         cube_from_dome: Mat3::from_quat(sky.cube_from_world * *world_from_dome),
         counts,
         dim_share: *dim_share,
-        level: (size as f32 / (2 * edge) as f32).log2().max(0.0),
+        level: level.min(cube.texture_descriptor.mip_level_count - 1),
     });
     uniform.set_label(Some("mirrorball_shadows_weights_uniform"));
     uniform.write_buffer(&device, &queue);
@@ -223,8 +219,7 @@ fn prepare_weights(
         "mirrorball_shadows_weights_bind_group",
         &pipeline_cache.get_bind_group_layout(&pipelines.layout),
         &BindGroupEntries::sequential((
-            &cube.texture_view,
-            &cube.sampler,
+            &cube_faces(&cube.texture),
             uniform,
             patches,
             ranges,

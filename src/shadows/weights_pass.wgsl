@@ -1,6 +1,7 @@
 // Environment cube → radiance × solid angle of each direction of the dome.
 
 #import bevy_mirrorball::shadows::dome::{DomeWeight, pack_light, unpack_light, unpack_solid_angle}
+#import bevy_mirrorball::sky::cubemap::sample_faces
 
 /// Mirror of `WeightsUniform` in weights_pass.rs.
 struct Weights {
@@ -10,20 +11,19 @@ struct Weights {
     /// Share of the light of the directions with shadow maps whose dimmest ones are left out.
     dim_share: f32,
     /// Mip level of the cube to look at.
-    level: f32,
+    level: u32,
 }
 
-@group(0) @binding(0) var cube: texture_cube<f32>;
-@group(0) @binding(1) var cube_sampler: sampler;
-@group(0) @binding(2) var<uniform> uniforms: Weights;
+@group(0) @binding(0) var cube: texture_2d_array<f32>;
+@group(0) @binding(1) var<uniform> uniforms: Weights;
 /// Directions (dome frame) and solid angles of small patches of the sphere, those of one direction together.
-@group(0) @binding(3) var<storage, read> patches: array<vec4f>;
+@group(0) @binding(2) var<storage, read> patches: array<vec4f>;
 /// The first patch of each direction and one past the last; z: 1 for what is below the horizon.
-@group(0) @binding(4) var<storage, read> ranges: array<vec4u>;
+@group(0) @binding(3) var<storage, read> ranges: array<vec4u>;
 /// With those of directions with shadow maps first, then those of key lights.
-@group(0) @binding(5) var<storage, read_write> weights: array<DomeWeight>;
+@group(0) @binding(4) var<storage, read_write> weights: array<DomeWeight>;
 /// Directions of key lights (dome frame) and cosines of the angles around them that are theirs.
-@group(0) @binding(6) var<storage, read> keys: array<vec4f>;
+@group(0) @binding(5) var<storage, read> keys: array<vec4f>;
 
 const THREADS: u32 = 64u;
 var<workgroup> partial: array<vec4f, THREADS>;
@@ -56,7 +56,7 @@ fn weigh(first: u32, end: u32, key: u32, thread: u32) -> vec4f {
         let place = patches[i];
         if key_of(place.xyz) == key {
             let dir = uniforms.cube_from_dome * place.xyz;
-            let radiance = textureSampleLevel(cube, cube_sampler, dir * vec3f(1.0, 1.0, -1.0), uniforms.level).rgb;
+            let radiance = sample_faces(cube, dir * vec3f(1.0, 1.0, -1.0), uniforms.level).rgb;
             sum += vec4f(radiance, 1.0) * place.w;
         }
     }

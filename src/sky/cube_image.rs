@@ -5,7 +5,8 @@ use bevy::{
     image::{ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
     prelude::*,
     render::render_resource::{
-        Extent3d, TextureDimension, TextureFormat, TextureUsages, TextureViewDescriptor, TextureViewDimension,
+        Extent3d, Texture, TextureDimension, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor,
+        TextureViewDimension,
     },
 };
 
@@ -28,4 +29,13 @@ pub(crate) fn cube_image(label: &'static str, edge: u32, levels: u32) -> Image {
         ..default()
     });
     image
+}
+
+/// All levels of a cube as an array of six layers, as passes read and write it.
+pub(crate) fn cube_faces(texture: &Texture) -> TextureView {
+    texture.create_view(&TextureViewDescriptor {
+        label: Some("mirrorball_cube_faces"),
+        dimension: Some(TextureViewDimension::D2Array),
+        ..default()
+    })
 }

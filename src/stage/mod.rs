@@ -58,6 +58,7 @@ pub struct StagePlugin;
 
 impl Plugin for StagePlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::configure(app);
         app.register_type::<PhantomObject>()
             .register_type::<StageRole>()
             .add_systems(PostUpdate, assign_roles.before(MirrorballSystems::Measure));

@@ -161,12 +161,12 @@ pub struct TrackingPlugin;
 
 impl Plugin for TrackingPlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::configure(app);
         app.register_type::<MarkerAnchor>()
             .register_type::<WorldOrigin>()
             .register_type::<MarkerTracking>()
             .register_type::<DetectedMarkers>()
             .init_resource::<PicturesAwaitTracking>()
-            .configure_sets(PreUpdate, MirrorballSystems::Track.after(MirrorballSystems::Poll))
             .add_systems(
                 PreUpdate,
                 (

@@ -10,9 +10,8 @@ use bevy::{
         render_asset::RenderAssets,
         render_resource::{
             BindGroupDescriptor, BindGroupEntry, BindingResource, BufferDescriptor, BufferInitDescriptor, BufferUsages,
-            Extent3d, FilterMode, MapMode, MipmapFilterMode, PollType, RawComputePipelineDescriptor, SamplerDescriptor,
-            ShaderModuleDescriptor, ShaderSource, TextureDimension, TextureFormat, TextureViewDescriptor,
-            TextureViewDimension,
+            Extent3d, MapMode, PollType, RawComputePipelineDescriptor, ShaderModuleDescriptor, ShaderSource,
+            TextureDimension, TextureFormat, TextureViewDescriptor, TextureViewDimension,
         },
         renderer::{RenderDevice, RenderQueue},
         texture::GpuImage,
@@ -185,13 +184,13 @@ pub(crate) fn brightest(values: &[DVec3]) -> f64 {
     values.iter().map(|v| v.max_element()).fold(0.0, f64::max)
 }
 
-/// One thread per direction and map: w is the level.
+/// One thread per direction and map: w is the level. Reads faces, as the crate's own passes do: some drivers do not look across
+/// the edges of cubes, which would be judged with the maps.
 const READER: &str = "
-@group(0) @binding(0) var diffuse: texture_cube<f32>;
-@group(0) @binding(1) var glossy: texture_cube<f32>;
-@group(0) @binding(2) var trilinear: sampler;
-@group(0) @binding(3) var<storage, read> directions: array<vec4f>;
-@group(0) @binding(4) var<storage, read_write> values: array<vec4f>;
+@group(0) @binding(0) var diffuse: texture_2d_array<f32>;
+@group(0) @binding(1) var glossy: texture_2d_array<f32>;
+@group(0) @binding(2) var<storage, read> directions: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> values: array<vec4f>;
 
 @compute @workgroup_size(64)
 fn read_maps(@builtin(global_invocation_id) id: vec3u) {
@@ -201,13 +200,21 @@ fn read_maps(@builtin(global_invocation_id) id: vec3u) {
     }
     let dir = directions[i];
     if dir.w < 0.0 {
-        values[i] = textureSampleLevel(diffuse, trilinear, dir.xyz, 0.0);
+        values[i] = sample_faces(diffuse, dir.xyz, 0u);
     } else {
-        values[i] = textureSampleLevel(glossy, trilinear, dir.xyz, dir.w);
+        let low = u32(dir.w);
+        let high = min(low + 1u, textureNumLevels(glossy) - 1u);
+        values[i] = mix(sample_faces(glossy, dir.xyz, low), sample_faces(glossy, dir.xyz, high), fract(dir.w));
     }
 }";
 
-/// Reads maps as `StandardMaterial` does: trilinear, seamless, level = roughness · (levels − 1).
+/// The crate's shader library of cube faces, without the lines that only Bevy reads.
+fn cubemap_library() -> String {
+    let lines = include_str!("../../src/sky/cubemap.wgsl").lines();
+    lines.filter(|line| !line.starts_with('#')).collect::<Vec<_>>().join("\n")
+}
+
+/// Reads maps as `StandardMaterial` should: trilinear, seamless, level = roughness · (levels − 1).
 pub(crate) fn read(app: &mut App, diffuse: &Handle<Image>, glossy: &Handle<Image>, directions: usize) -> Filtered {
     let world = app.sub_app_mut(RenderApp).world_mut();
     let (device, queue) = (world.resource::<RenderDevice>(), world.resource::<RenderQueue>());
@@ -232,7 +239,7 @@ pub(crate) fn read(app: &mut App, diffuse: &Handle<Image>, glossy: &Handle<Image
         |usage| device.create_buffer(&BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
     let output = buffer(BufferUsages::STORAGE | BufferUsages::COPY_SRC);
     let answer = buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ);
-    let source = ShaderSource::Wgsl(READER.into());
+    let source = ShaderSource::Wgsl(format!("{}{READER}", cubemap_library()).into());
     let shader = device.create_and_validate_shader_module(ShaderModuleDescriptor { label: None, source });
     let pipeline = device.create_compute_pipeline(&RawComputePipelineDescriptor {
         label: None,
@@ -242,21 +249,15 @@ pub(crate) fn read(app: &mut App, diffuse: &Handle<Image>, glossy: &Handle<Image
         compilation_options: default(),
         cache: None,
     });
-    let linear = FilterMode::Linear;
-    let trilinear = device.create_sampler(&SamplerDescriptor {
-        mag_filter: linear,
-        min_filter: linear,
-        mipmap_filter: MipmapFilterMode::Linear,
-        ..default()
-    });
     let view = |image: &GpuImage| {
-        image.texture.create_view(&TextureViewDescriptor { dimension: Some(TextureViewDimension::Cube), ..default() })
+        image
+            .texture
+            .create_view(&TextureViewDescriptor { dimension: Some(TextureViewDimension::D2Array), ..default() })
     };
     let (diffuse, glossy) = (view(diffuse), view(glossy));
     let resources = [
         BindingResource::TextureView(&diffuse),
         BindingResource::TextureView(&glossy),
-        BindingResource::Sampler(&trilinear),
         input.as_entire_binding(),
         output.as_entire_binding(),
     ];

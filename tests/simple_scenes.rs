@@ -1,0 +1,188 @@
+//! The simplest scenes: one ball, one box, or nothing virtual at all, at 8 to 400 pixels, under every count of samples and every way
+//! of computing visibility. What a crowded desk hides shows here.
+
+mod gpu;
+
+use bevy::{
+    prelude::*,
+    render::{render_resource::TextureFormat, renderer::RenderAdapter},
+};
+use bevy_mirrorball::{camera::FramePixels, offscreen, prelude::*, probe::UniformSky, shadows::VisibilitySamples};
+
+/// Largest step between neighboring pixels of a white ball under an even sky, inside of its outline.
+const MAX_JUMP: u8 = 20;
+/// Largest difference from what is computed in each fragment.
+const MAX_DIFFERENCE: u8 = 3;
+const GRAY: u8 = 150;
+const BALL_RADIUS: f32 = 0.05;
+/// Across the picture, in pixels.
+const SIZE: u32 = 96;
+
+/// What stands on the desk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Thing {
+    Ball,
+    Box,
+    Nothing,
+}
+
+struct Scene {
+    app: App,
+    picture: Handle<Image>,
+    camera: Entity,
+    dome: Entity,
+    size: UVec2,
+}
+
+impl Scene {
+    /// A camera that sees a thing this many pixels wide on a phantom desk, from the front and above.
+    fn new(thing: Thing, pixels: f32, size: UVec2) -> Option<Self> {
+        let mut app = gpu::app(|app| {
+            app.add_plugins(MirrorballPlugins);
+        })?;
+        let (picture, target) = offscreen::add_target(&mut app, size);
+        let gray = FramePixels::new(size, vec![GRAY; 4 * size.element_product() as usize]);
+        let feed = CameraFeed::pixels(gray.expect("as many bytes as the size says")).with_pace(FeedPace::Lockstep);
+        let eye = Vec3::new(0.0, 0.45, 0.6);
+        let distance = eye.distance(Vec3::Y * BALL_RADIUS);
+        let focal = Vec2::splat(pixels * distance / (2.0 * BALL_RADIUS));
+        let intrinsics = Intrinsics { focal, center: 0.5 * size.as_vec2(), size };
+        let pose = Transform::from_translation(eye).looking_at(Vec3::Y * BALL_RADIUS, Vec3::Y);
+        let camera = app.world_mut().spawn((ArCamera::new(intrinsics), pose, feed, target)).id();
+        let sky = UniformSky { radiance: Some(Vec3::splat(0.4)) };
+        app.world_mut().spawn((LightProbeSphere::default(), sky, Transform::from_xyz(0.2, 0.05, 0.1)));
+        let dome = app.world_mut().spawn(ShadowDomeLight::default()).id();
+        let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+        let desk = meshes.add(Plane3d::default().mesh().size(2.0, 2.0));
+        let mesh = match thing {
+            Thing::Ball => Some(meshes.add(Sphere::new(BALL_RADIUS).mesh().uv(96, 48))),
+            Thing::Box => Some(meshes.add(Cuboid::from_length(2.0 * BALL_RADIUS))),
+            Thing::Nothing => None,
+        };
+        app.world_mut().spawn((PhantomObject { casts: false, ..default() }, Mesh3d(desk)));
+        if let Some(mesh) = mesh {
+            let material = app.world_mut().resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial {
+                base_color: Color::WHITE,
+                perceptual_roughness: 1.0,
+                reflectance: 0.0,
+                ..default()
+            });
+            app.world_mut().spawn((Mesh3d(mesh), MeshMaterial3d(material), Transform::from_xyz(0.0, BALL_RADIUS, 0.0)));
+        }
+        Some(Self { app, picture, camera, dome, size })
+    }
+
+    /// Luminances after a change of settings.
+    fn shoot(&mut self, msaa: Msaa, samples: VisibilitySamples) -> Picture {
+        self.app.world_mut().entity_mut(self.camera).insert(msaa);
+        self.app.world_mut().entity_mut(self.dome).insert(ShadowDomeLight { samples, ..default() });
+        for _ in 0..8 {
+            offscreen::update(&mut self.app).expect("rendering goes on");
+        }
+        offscreen::settle(&mut self.app).expect("all shaders compile");
+        let bytes = offscreen::read_texture(&mut self.app, &self.picture).expect("the picture comes back");
+        Picture { size: self.size, green: bytes.chunks_exact(4).map(|pixel| pixel[1]).collect() }
+    }
+
+    fn supports(&self, msaa: Msaa) -> bool {
+        let adapter = self.app.world().resource::<RenderAdapter>();
+        let formats = [TextureFormat::Rgba8UnormSrgb, TextureFormat::Depth32Float, TextureFormat::Rgb10a2Unorm];
+        formats
+            .into_iter()
+            .all(|format| adapter.get_texture_format_features(format).flags.sample_count_supported(msaa.samples()))
+    }
+}
+
+struct Picture {
+    size: UVec2,
+    green: Vec<u8>,
+}
+
+impl Picture {
+    fn at(&self, x: u32, y: u32) -> u8 {
+        self.green[(y * self.size.x + x) as usize]
+    }
+
+    /// Largest step to the right or down between pixels that lie within a number of pixels from the middle.
+    fn jump(&self, within: f32) -> u8 {
+        let middle = 0.5 * self.size.as_vec2();
+        let is_inside = |x: u32, y: u32| (Vec2::new(x as f32, y as f32) + 0.5).distance(middle) <= within;
+        let places = (0..self.size.y - 1).flat_map(|y| (0..self.size.x - 1).map(move |x| (x, y)));
+        let step = |(x, y): (u32, u32)| {
+            let right = if is_inside(x + 1, y) { self.at(x, y).abs_diff(self.at(x + 1, y)) } else { 0 };
+            let down = if is_inside(x, y + 1) { self.at(x, y).abs_diff(self.at(x, y + 1)) } else { 0 };
+            right.max(down)
+        };
+        places.filter(|(x, y)| is_inside(*x, *y)).map(step).max().unwrap_or(0)
+    }
+
+    /// Largest difference among pixels that lie within a number of pixels from the middle.
+    fn difference(&self, other: &Self, within: f32) -> u8 {
+        let middle = 0.5 * self.size.as_vec2();
+        let places = (0..self.size.y).flat_map(|y| (0..self.size.x).map(move |x| (x, y)));
+        let inside = places.filter(|(x, y)| (Vec2::new(*x as f32, *y as f32) + 0.5).distance(middle) <= within);
+        inside.map(|(x, y)| self.at(x, y).abs_diff(other.at(x, y))).max().unwrap_or(0)
+    }
+}
+
+const COUNTS: [Msaa; 4] = [Msaa::Off, Msaa::Sample2, Msaa::Sample4, Msaa::Sample8];
+const SAMPLED: [VisibilitySamples; 3] =
+    [VisibilitySamples::Interleaved, VisibilitySamples::Half, VisibilitySamples::Full];
+
+/// A picture for a thing of a width in pixels.
+fn picture_size(pixels: f32) -> UVec2 {
+    UVec2::splat(SIZE.min((pixels * 1.5) as u32 + 16))
+}
+
+#[test]
+fn a_lone_ball_is_smooth_under_every_count_of_samples() {
+    // The widest fills the picture; what lies outside is as smooth as what lies inside.
+    for pixels in [8.0, 20.0, 60.0, 400.0] {
+        let Some(mut scene) = Scene::new(Thing::Ball, pixels, picture_size(pixels)) else { return };
+        // A pixel inside the outline: at the rim the desk shows through.
+        let within = 0.5 * pixels - 1.0;
+        for msaa in COUNTS {
+            if !scene.supports(msaa) {
+                println!("{msaa:?} is not supported here");
+                continue;
+            }
+            let exact = scene.shoot(msaa, VisibilitySamples::Fragment);
+            assert!(exact.jump(within) <= MAX_JUMP, "{pixels} pixels, {msaa:?}, each fragment: {}", exact.jump(within));
+            for samples in SAMPLED {
+                let shown = scene.shoot(msaa, samples);
+                let (jump, difference) = (shown.jump(within), shown.difference(&exact, within));
+                println!("{pixels} pixels, {msaa:?}, {samples:?}: jumps {jump}, off by {difference}");
+                assert!(jump <= MAX_JUMP && difference <= MAX_DIFFERENCE, "{pixels} pixels, {msaa:?}, {samples:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_lone_box_looks_the_same_under_every_count_of_samples() {
+    for pixels in [16.0, 60.0, 300.0] {
+        let Some(mut scene) = Scene::new(Thing::Box, pixels, picture_size(pixels)) else { return };
+        for msaa in [Msaa::Off, Msaa::Sample4] {
+            let exact = scene.shoot(msaa, VisibilitySamples::Fragment);
+            for samples in SAMPLED {
+                let shown = scene.shoot(msaa, samples);
+                // Within its middle, which lies on faces and an edge of the box.
+                let difference = shown.difference(&exact, 0.3 * pixels);
+                println!("{pixels} pixels, {msaa:?}, {samples:?}: off by {difference}");
+                assert!(difference <= MAX_DIFFERENCE, "{pixels} pixels, {msaa:?}, {samples:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_but_a_phantom_leaves_the_picture_alone() {
+    let Some(mut scene) = Scene::new(Thing::Nothing, 60.0, UVec2::splat(SIZE)) else { return };
+    for msaa in COUNTS.into_iter().filter(|msaa| *msaa == Msaa::Off || *msaa == Msaa::Sample4) {
+        for samples in SAMPLED.into_iter().chain([VisibilitySamples::Fragment]) {
+            let shown = scene.shoot(msaa, samples);
+            let worst = shown.green.iter().map(|green| green.abs_diff(GRAY)).max();
+            assert!(worst <= Some(1), "{msaa:?}, {samples:?}: {worst:?}");
+        }
+    }
+}
