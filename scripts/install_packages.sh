@@ -18,6 +18,32 @@ software_vulkan() {
     return 1
 }
 
+# Prints the driver file of SwiftShader, the software Vulkan that Chromium falls back to. Its library comes with a Debian package
+# of Chromium, which is unpacked into the user's cache and not installed.
+fetch_swiftshader() {
+    local folder=${XDG_CACHE_HOME:-$HOME/.cache}/mirrorball-swiftshader
+    local driver=$folder/usr/lib/chromium/vk_swiftshader_icd.json
+    if [ ! -f "$driver" ]; then
+        if ! command -v apt-get >/dev/null || ! command -v dpkg-deb >/dev/null; then
+            echo "swiftshader: only fetched on Debian and its kin; give its vk_swiftshader_icd.json as --driver" >&2
+            return 1
+        fi
+        mkdir -p "$folder"
+        # the list of packages may be older than the package
+        if ! (cd "$folder" && apt-get download -qq chromium-common >&2); then
+            if [ "$(id -u)" -eq 0 ]; then apt-get update -qq >&2; fi
+            if ! (cd "$folder" && apt-get download -qq chromium-common >&2); then
+                echo "swiftshader: apt-get could not download chromium-common; run apt-get update as root" >&2
+                return 1
+            fi
+        fi
+        dpkg-deb -x "$folder"/chromium-common_*.deb "$folder"
+        echo "swiftshader: unpacked from $(cd "$folder" && ls chromium-common_*.deb)" >&2
+        rm "$folder"/chromium-common_*.deb
+    fi
+    echo "$driver"
+}
+
 # Whether any Vulkan driver is installed. macOS needs none: wgpu draws with Metal there.
 any_graphics_driver() {
     [ "$(uname -s)" = Darwin ] && return 0

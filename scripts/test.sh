@@ -3,18 +3,52 @@
 #
 #   scripts/test.sh                       everything, examples compiled, documentation examples run
 #   scripts/test.sh --test authoring      arguments go to cargo test
+#   scripts/test.sh --driver swiftshader  on SwiftShader, a second software Vulkan (fetched on Debian; slower)
+#   scripts/test.sh --driver FILE.json    on the Vulkan driver that this file describes
 #
-# VK_DRIVER_FILES, if set, names the Vulkan driver to use instead.
+# VK_DRIVER_FILES, if set, names the Vulkan driver to use instead of lavapipe.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 start=$SECONDS
 
 source scripts/install_packages.sh
 require_cargo
+arguments=() locked=()
+while [ $# -gt 0 ]; do
+    case $1 in
+    --driver)
+        if [ $# -lt 2 ]; then
+            echo "--driver needs a name: swiftshader, or a driver's .json file" >&2
+            exit 1
+        fi
+        chosen=$2
+        shift 2
+        ;;
+    *)
+        if [ "$1" = --locked ]; then locked=(--locked); fi
+        arguments+=("$1")
+        shift
+        ;;
+    esac
+done
+set -- "${arguments[@]+"${arguments[@]}"}"
 install_packages webcam
 
+case ${chosen:-} in
+'') ;;
+swiftshader) VK_DRIVER_FILES=$(fetch_swiftshader) ;;
+*)
+    if [ ! -f "$chosen" ]; then
+        echo "--driver $chosen: there is no such file; give the .json file of a Vulkan driver, or swiftshader" >&2
+        exit 1
+    fi
+    VK_DRIVER_FILES=$chosen
+    ;;
+esac
+
 if [ -n "${VK_DRIVER_FILES:-}" ]; then
-    echo "graphics: VK_DRIVER_FILES is set, testing on $VK_DRIVER_FILES"
+    echo "graphics: testing on $VK_DRIVER_FILES"
+    export VK_DRIVER_FILES VK_ICD_FILENAMES="$VK_DRIVER_FILES"
 elif driver=$(software_vulkan); then
     echo "graphics: software Vulkan, $driver"
     # the older name of the same setting is for loaders before 1.3.207
@@ -26,6 +60,10 @@ fi
 if [ "$(uname -s)" = Linux ]; then export WGPU_BACKEND=vulkan; fi
 # tests that draw fail without an adapter instead of being skipped
 export MIRRORBALL_REQUIRE_GPU=1
+
+# the driver's own words: name and version
+cargo test --quiet --workspace --features egui,webcam "${locked[@]+"${locked[@]}"}" --test device the_driver_is_named -- --nocapture |
+    grep '^driver:' || echo "driver: unknown, the test that names it failed"
 
 echo "tests: cargo test --workspace --features egui,webcam --no-fail-fast $*"
 status=0

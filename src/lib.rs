@@ -55,6 +55,25 @@
 //! Light is in *linear camera units*: 1.0 is the sensor's white, and shows as 1.0 in the frame buffer at any
 //! [`Exposure`](bevy::camera::Exposure). A white virtual surface beside white paper comes out as white as the paper.
 //!
+//! # Drivers
+//! A picture must not hang on what WGSL leaves open: the accuracy of `atan2`, `sin` and the like, filtering weights, what lies across
+//! the edges of a cube, derivatives, not-a-number, the order of writes. So angles come from `trigonometry.wgsl`, tables and solid angles
+//! from the CPU in double precision, cubes are read face by face (`sky/cubemap.wgsl`), multisampled prepasses where their sample lies,
+//! and divisors are clamped. `tests/shaders.rs` lists each use of a loosely defined builtin with the reason why it is harmless.
+//!
+//! Each shader stage keeps within WebGPU's default limits, beside what Bevy binds for the view, the mesh and a `StandardMaterial`:
+//!
+//! | in a fragment of an [`ArCamera`](camera::ArCamera) | WebGPU | image-based or toon surface | of it ours |
+//! |---|---|---|---|
+//! | sampled textures | 16 | 16 | 1 |
+//! | samplers | 16 | 13 | 1 |
+//! | storage buffers | 8 | 7 | 3 |
+//! | uniform buffers | 12 | 6 | 1 |
+//!
+//! There is no texture left: what comes next shares a binding. `tests/device.rs` counts. Bevy itself goes beyond on native devices
+//! (occlusion culling, its own environment filter) and leaves that out where it does not fit; its ambient occlusion needs a texture
+//! more than there is. On WebGPU irradiance volumes are off, so that they need none.
+//!
 //! # Why does nothing happen?
 //! The [`Checklist`](debug::Checklist) answers it in words while the game runs, and the panel of the feature `egui` shows it.
 //!

@@ -31,6 +31,19 @@ fn the_shipped_desk_gets_its_virtual_things_and_keeps_the_rest() {
     }
     assert!(difference(380, 265) > Some(30), "the white ball is missing");
 
+    let committed = FramePixels::open("assets/pictures/composite.png").expect("shipped");
+    assert_eq!(picture.size, committed.size);
+    let places = || (0..picture.size.y as i32).flat_map(|y| (0..picture.size.x as i32).map(move |x| (x, y)));
+    let steps = |(x, y): (i32, i32)| [0, 1, 2].map(|c| picture.rgb8(x, y)[c].abs_diff(committed.rgb8(x, y)[c]));
+    let mean = places().flat_map(steps).map(f64::from).sum::<f64>() / (3 * picture.size.element_product()) as f64;
+    let far = places().filter(|place| steps(*place).into_iter().any(|step| step > 6)).count();
+    let share = far as f64 / f64::from(picture.size.element_product());
+    println!(
+        "from the committed picture: {mean:.3}/255 in the mean, {:.3} % of the pixels by more than 6/255",
+        1e2 * share
+    );
+    assert!(mean <= 1.0 && share <= 0.002, "another driver shows another picture");
+
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(&report).expect("written")).expect("valid JSON");
     let rows: Vec<f32> = report["camera_from_marker"]

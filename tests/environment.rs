@@ -39,8 +39,8 @@ const MAX_PEAK: f64 = 1.05;
 /// Rounding of the picture to 8 bits, and one step for the engine's own table of GGX albedo (11 bits in half floats).
 const RENDERED_TOLERANCE: u8 = 1;
 
-/// Frames until an environment lights at the latest.
-const MOST_FRAMES: usize = 1000;
+/// To wait for shaders and filters.
+const PATIENCE: std::time::Duration = std::time::Duration::from_secs(120);
 
 fn cube(edge: usize, radiance: impl Fn(DVec3) -> DVec3) -> Image {
     filter_truth::cube(edge, &filter_truth::texels(edge, radiance))
@@ -64,15 +64,11 @@ fn lit_app(source: Image) -> Option<(App, Entity, Handle<Image>)> {
     );
     let camera = app.world_mut().spawn(camera).id();
     // Shaders are loaded in the background, which takes its time on a busy machine.
-    for _ in 0..MOST_FRAMES {
-        app.update();
-        match app.world().get::<EnvironmentState>(camera) {
-            Some(EnvironmentState::Live { refreshes: 0, .. } | EnvironmentState::Waiting) => {
-                std::thread::sleep(std::time::Duration::from_millis(2));
-            }
-            _ => break,
-        }
-    }
+    offscreen::update_until(&mut app, "filtering the environment", PATIENCE, |app| {
+        let state = app.world().get::<EnvironmentState>(camera);
+        !matches!(state, Some(EnvironmentState::Live { refreshes: 0, .. } | EnvironmentState::Waiting))
+    })
+    .expect("it is filtered or refused");
     Some((app, camera, picture))
 }
 

@@ -18,12 +18,12 @@ use bevy_mirrorball::{
 use std::{
     path::{Path, PathBuf},
     sync::{Arc, Condvar, Mutex},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 const SIZE: UVec2 = UVec2::new(8, 6);
-/// Updates of 1 ms that a background task may take; far more than it needs.
-const PATIENCE: usize = 1000;
+/// To wait for what happens in the background.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// An app that plays feeds and draws nothing.
 fn player() -> App {
@@ -59,9 +59,10 @@ fn gray(app: &App, camera: Entity) -> Option<u8> {
     app.world().get::<CameraFrame>(camera).map(|frame| frame.pixels.rgb8(3, 3)[1])
 }
 
-/// Updates until something is true, at most [`PATIENCE`] times.
+/// Updates until something is true, at most for [`PATIENCE`].
 fn update_until(app: &mut App, mut done: impl FnMut(&mut App) -> bool) -> bool {
-    for _ in 0..PATIENCE {
+    let started = Instant::now();
+    while started.elapsed() < PATIENCE {
         app.update();
         if done(app) {
             return true;

@@ -7,6 +7,7 @@ use bevy::prelude::*;
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     environment::CubePixels,
+    offscreen,
     prelude::*,
     probe::{BallView, ClipRecovery, EnvironmentCube, ProbeMeasurement, ProbePlugin, UniformSky},
     tracking::{MarkerState, MarkerTracking},
@@ -101,11 +102,7 @@ fn probing_app(environment: fn(Vec3) -> Vec3) -> Option<(App, Entity)> {
     app.world_mut().spawn((ArCamera::new(intrinsics()), camera_pose(), Camera { is_active: false, ..default() }, feed));
     let sphere = LightProbeSphere { radius: RADIUS, reflectance: REFLECTANCE, ..Default::default() };
     let probe = app.world_mut().spawn((sphere, Transform::from_translation(BALL))).id();
-    // Shaders arrive from the asset server in their own time, and without a view to draw, frames do not take any.
-    for _ in 0..20 {
-        app.update();
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
+    offscreen::settle(&mut app).expect("all shaders compile");
     Some((app, probe))
 }
 

@@ -7,6 +7,7 @@ use bevy::{light::EnvironmentMapLight, prelude::*, time::TimeUpdateStrategy};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     environment::CubePixels,
+    offscreen,
     prelude::*,
     probe::{
         BallView, ClipRecovery, EnvironmentCube, EnvironmentFallback, EnvironmentOrigin, FisheyeProjection,
@@ -79,10 +80,7 @@ fn add_ball(app: &mut App) -> Entity {
 
 /// Shaders arrive in their own time, bounds of meshes and cubes a frame later.
 fn settle(app: &mut App) {
-    for _ in 0..20 {
-        app.update();
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
+    offscreen::settle(app).expect("all shaders compile");
 }
 
 fn read(app: &mut App) -> CubePixels {

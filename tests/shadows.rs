@@ -8,7 +8,13 @@ use bevy::{
     core_pipeline::prepass::{DepthPrepass, NormalPrepass},
     prelude::*,
 };
-use bevy_mirrorball::{materials::ImageBasedMaterial, prelude::*, shadows::VisibilitySamples};
+use bevy_mirrorball::{
+    MirrorballSystems,
+    lighting::RealLight,
+    materials::ImageBasedMaterial,
+    prelude::*,
+    shadows::{DomeState, VisibilitySamples},
+};
 use desk::{Desk, Shot, desk_picture};
 
 /// Rounding to 8 bits.
@@ -196,4 +202,28 @@ fn a_camera_keeps_its_prepass_when_the_dome_goes_and_loses_the_domes() {
         assert!(!camera.contains::<NormalPrepass>());
         assert_eq!(camera.contains::<DepthPrepass>(), keeps);
     }
+}
+
+#[test]
+fn a_light_has_its_shadow_map_in_the_frame_in_which_it_is_found() {
+    let Some(mut desk) = Desk::new() else { return };
+    desk.add_virtual(Cuboid::new(0.06, 0.06, 0.06), Vec3::new(-0.15, 0.03, 0.0));
+    desk.shoot();
+    let find = |mut commands: Commands, mut is_found: Local<bool>| {
+        if !std::mem::replace(&mut *is_found, true) {
+            commands.spawn(RealLight {
+                id: 0,
+                direction: Vec3::new(0.3, 0.9, 0.2).normalize(),
+                position: None,
+                color: LinearRgba::WHITE,
+                irradiance: 1.0,
+                angular_radius: 0.01,
+                share: 0.5,
+            });
+        }
+    };
+    desk.app.add_systems(PostUpdate, find.in_set(MirrorballSystems::Light));
+    desk.app.update();
+    let state = desk.app.world().get::<DomeState>(desk.dome).expect("comes with the dome");
+    assert_eq!(state.key_lights, 1);
 }

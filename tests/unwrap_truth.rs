@@ -10,6 +10,7 @@ use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
     environment::{CubePixels, equirect_position},
     lighting::{DeskPicture, MirrorBall},
+    offscreen,
     prelude::*,
     probe::{BallSurface, BallView, ClipRecovery, EnvironmentCube, ProbePlugin},
 };
@@ -42,10 +43,7 @@ fn unwrap(picture: &DeskPicture) -> Option<CubePixels> {
     let sphere = LightProbeSphere { radius: ball.radius, reflectance: ball.reflectance, ..default() };
     let recovery = ClipRecovery { is_enabled: false, ..default() };
     let probe = app.world_mut().spawn((sphere, recovery, Transform::from_translation(ball.center))).id();
-    for _ in 0..20 {
-        app.update();
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
+    offscreen::settle(&mut app).expect("all shaders compile");
     let cube = app.world().get::<EnvironmentCube>(probe).expect("every probe gets a cube").0.clone();
     Some(cubes::read(&mut app, &cube))
 }

@@ -101,13 +101,14 @@ fn composite(options: &Options) -> Outcome<()> {
     steps.note("render_and_read_back", started.elapsed());
     let rgb = pixels.chunks_exact(4).flat_map(|p| &p[..3]).copied().collect();
     let picture = image::RgbImage::from_raw(size.x, size.y, rgb).ok_or("the picture came back in the wrong size")?;
+    let compared = options.compare.as_deref().map(|path| report::difference(&picture, path)).transpose()?;
     picture.save(&options.out).map_err(|error| format!("cannot write {}: {error}", options.out.display()))?;
 
     if let Some(path) = &options.dump_environment {
         dump_environment(&mut app, &environment, path)?;
     }
     if let Some(path) = &options.report {
-        let text = serde_json::to_string_pretty(&report::report(&mut app, steps))?;
+        let text = serde_json::to_string_pretty(&report::report(&mut app, steps, compared))?;
         std::fs::write(path, text).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     }
     Ok(())

@@ -15,6 +15,7 @@ usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --
   --scene FILE              glTF scene whose node extras name MarkerAnchor, LightProbeSphere, PhantomObject ...
   --out FILE                where the picture goes (PNG), same size as the photograph
   --report FILE             write pose, ball, gains and times as JSON
+  --compare FILE            say in the report how far the result is from this picture of the same size
   --dump-environment FILE   write what lights the scene as an equirectangular picture (.hdr or .exr)
   --no-shadows              no dome shadows
   --uniform-sky             light the scene by a uniform white sky instead of the room, for comparison
@@ -28,6 +29,7 @@ pub(crate) struct Options {
     pub scene: PathBuf,
     pub out: PathBuf,
     pub report: Option<PathBuf>,
+    pub compare: Option<PathBuf>,
     pub dump_environment: Option<PathBuf>,
     pub has_shadows: bool,
     pub has_uniform_sky: bool,
@@ -47,7 +49,7 @@ impl Options {
 
     fn parse(mut parser: lexopt::Parser) -> Result<Option<Self>, lexopt::Error> {
         let (mut frame, mut intrinsics, mut scene, mut out) = (None, None, None, None);
-        let (mut report, mut dump_environment) = (None, None);
+        let (mut report, mut compare, mut dump_environment) = (None, None, None);
         let (mut has_shadows, mut has_uniform_sky, mut evidence) = (true, false, Some(ClipEvidence::Desk));
         while let Some(argument) = parser.next()? {
             match argument {
@@ -56,6 +58,7 @@ impl Options {
                 Long("scene") => scene = Some(PathBuf::from(parser.value()?)),
                 Long("out") => out = Some(PathBuf::from(parser.value()?)),
                 Long("report") => report = Some(PathBuf::from(parser.value()?)),
+                Long("compare") => compare = Some(PathBuf::from(parser.value()?)),
                 Long("dump-environment") => dump_environment = Some(PathBuf::from(parser.value()?)),
                 Long("no-shadows") => has_shadows = false,
                 Long("uniform-sky") => has_uniform_sky = true,
@@ -72,6 +75,7 @@ impl Options {
             scene: scene.ok_or("--scene is missing")?,
             out: out.ok_or("--out is missing")?,
             report,
+            compare,
             dump_environment,
             has_shadows,
             has_uniform_sky,

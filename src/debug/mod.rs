@@ -18,11 +18,13 @@
 //!
 //! One value per new picture; those of the first [`ArCamera`](crate::camera::ArCamera). The passes on the GPU (ball → cube,
 //! filter, shadow maps, weights, background) are measured by Bevy once a game adds
-//! [`RenderDiagnosticsPlugin`](bevy::render::diagnostic::RenderDiagnosticsPlugin); their paths begin with `render/mirrorball_`.
+//! [`RenderDiagnosticsPlugin`](bevy::render::diagnostic::RenderDiagnosticsPlugin); their paths begin with `render/mirrorball_`. [`device_memory`]
+//! tells what the crate's textures and buffers take up there.
 
 mod checklist;
 mod diagnostics;
 mod map_view;
+mod memory;
 #[cfg(feature = "egui")]
 mod panel;
 
@@ -32,5 +34,6 @@ pub use diagnostics::{
     RECOVER,
 };
 pub use map_view::{MapView, MapViewPlugin, ShownMap};
+pub use memory::{DeviceMemory, device_memory};
 #[cfg(feature = "egui")]
 pub use panel::{MeasuringPanel, MeasuringPanelPlugin};

@@ -2,7 +2,7 @@
 
 use super::{
     BALL_ERROR, CheckLevel, Checklist, DECODE, DETECT, KEY_LIGHT_ANGLE, LIGHTING_AGE, MEASURE, MapView, MapViewPlugin,
-    RECOVER, ShownMap,
+    RECOVER, ShownMap, device_memory,
 };
 use crate::{
     camera::{ArCamera, FrameTexture},
@@ -13,6 +13,7 @@ use bevy::{
     diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore, FrameTimeDiagnosticsPlugin},
     ecs::entity_disabling::Disabled,
     prelude::*,
+    render::renderer::RenderDevice,
 };
 use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass, EguiTextureHandle, egui};
 
@@ -111,6 +112,7 @@ fn draw_panel(
     filtered: Query<&FilteredEnvironment>,
     cameras: Query<&FrameTexture, With<ArCamera>>,
     mut styles: Query<StyledEntity>,
+    device: Option<Res<RenderDevice>>,
 ) {
     let map_picture = contexts.add_image(EguiTextureHandle::Weak(map.image.id()));
     let roughest = filtered.iter().map(|maps| maps.roughest_level()).max().unwrap_or(0);
@@ -141,6 +143,8 @@ fn draw_panel(
                 show_image(ui, map_picture, MapView::SIZE);
             });
             egui::CollapsingHeader::new("timings").default_open(true).show(ui, |ui| draw_timings(ui, &diagnostics));
+            egui::CollapsingHeader::new("memory of the graphics device")
+                .show(ui, |ui| draw_memory(ui, device.as_deref()));
             egui::CollapsingHeader::new("camera picture").default_open(false).show(ui, |ui| match picture {
                 Some((size, picture)) => show_image(ui, picture, size),
                 None => {
@@ -211,6 +215,27 @@ fn draw_styles(ui: &mut egui::Ui, styles: &mut Query<StyledEntity>) {
                 }
             }
             ui.end_row();
+        }
+    });
+}
+
+/// Only while it is open: it looks at every allocation.
+fn draw_memory(ui: &mut egui::Ui, device: Option<&RenderDevice>) {
+    let Some(parts) = device.and_then(device_memory) else {
+        ui.label("this backend does not tell");
+        return;
+    };
+    egui::Grid::new("memory").num_columns(2).striped(true).show(ui, |ui| {
+        let mut row = |label: &str, bytes: u64| {
+            ui.label(label);
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.monospace(format!("{:.2} MiB", bytes as f64 / f64::from(1 << 20)));
+            });
+            ui.end_row();
+        };
+        row("all", parts.iter().map(|part| part.bytes).sum());
+        for part in &parts {
+            row(part.label.trim_start_matches("mirrorball_"), part.bytes);
         }
     });
 }

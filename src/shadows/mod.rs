@@ -51,7 +51,8 @@
 //!
 //! # Limits
 //! One dome at a time, one camera with a visibility pass. Lines, points and meshes without triangles do not cast. The visibility
-//! pass reads the first sample of a multisampled prepass.
+//! pass reads the first sample of a multisampled prepass, where that lies in its pixel. Beside Bevy's order-independent
+//! transparency its buffers go beyond WebGPU's default of 8 in a fragment shader.
 //!
 //! Sources: Supan 2006 (row C8), whose dome subtracts blocked light with one map refreshed per frame; Fernando 2005 for PCSS (C3).
 
@@ -124,7 +125,7 @@ pub struct ShadowDomeLight {
     /// penumbras as wide as the light is, 0…8 (clamped). Their part of the environment's light is taken from the directions
     /// around them. Defaults to 2.
     pub key_lights: u32,
-    /// Side of one direction's square shadow map in texels, 32…1024 (clamped; halved until the atlas fits the device).
+    /// Side of one direction's square shadow map in texels, 32…1024 (clamped; halved until the atlas fits the device's largest texture).
     /// Defaults to 256.
     pub resolution: u32,
     /// How shadow maps are read. Defaults to bilinear: where many directions meet, their sum is smooth.

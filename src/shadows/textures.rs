@@ -8,11 +8,12 @@ use bevy::{
     render::{
         extract_resource::ExtractResource,
         render_resource::{BufferUsages, Extent3d, TextureDimension, TextureFormat, TextureUsages},
+        renderer::RenderDevice,
         storage::ShaderBuffer,
     },
 };
 
-/// Largest edge of the atlas; every WebGPU device can do it.
+/// Largest edge of the atlas, if the device can do that; every WebGPU device can.
 const MAX_ATLAS_EDGE: u32 = 8192;
 
 /// Where materials and the visibility pass bind the atlas, its sampler, the views and the weights.
@@ -43,7 +44,7 @@ pub struct DomeTextures {
 
 impl FromWorld for DomeTextures {
     fn from_world(world: &mut World) -> Self {
-        let layout = AtlasLayout::new(1, 0, 1);
+        let layout = AtlasLayout::new(1, 0, 1, MAX_ATLAS_EDGE);
         let mut images = world.resource_mut::<Assets<Image>>();
         let atlas = images.add(layout.image());
         let visibility_size = UVec2::ONE;
@@ -93,12 +94,13 @@ pub(super) struct AtlasLayout {
 }
 
 impl AtlasLayout {
-    pub(super) fn new(directions: u32, keys: u32, resolution: u32) -> Self {
+    /// With tiles of at most a resolution, in a texture of at most an edge.
+    pub(super) fn new(directions: u32, keys: u32, resolution: u32, max_edge: u32) -> Self {
         let tiles = 2 * directions;
         let columns = ((tiles + 2 * keys * KEY_SPAN * KEY_SPAN) as f32).sqrt().ceil().max(KEY_SPAN as f32) as u32;
         let rows = tiles.div_ceil(columns) + KEY_SPAN * (2 * keys).div_ceil(columns / KEY_SPAN);
         let mut resolution = resolution;
-        while columns.max(rows) * resolution > MAX_ATLAS_EDGE {
+        while resolution > 1 && columns.max(rows) * resolution > max_edge {
             resolution /= 2;
         }
         Self { directions, keys, resolution, columns, rows }
@@ -154,6 +156,7 @@ pub(super) fn fit_textures(
     mut images: ResMut<Assets<Image>>,
     domes: Query<&ShadowDomeLight>,
     fitted: Res<FittedDome>,
+    device: Res<RenderDevice>,
 ) {
     let Some(dome) = domes.iter().next() else {
         return;
@@ -162,7 +165,8 @@ pub(super) fn fit_textures(
     if directions == 0 {
         return;
     }
-    let layout = AtlasLayout::new(directions, keys, dome.resolution.clamp(32, 1024));
+    let max_edge = device.limits().max_texture_dimension_2d.min(MAX_ATLAS_EDGE);
+    let layout = AtlasLayout::new(directions, keys, dome.resolution.clamp(32, 1024), max_edge);
     let has_lenses = keys > 0 || fitted.file_views.iter().any(|view| view.lens.is_some());
     textures.shader = DomeShader { filter: dome.filter.kind(), has_keys: keys > 0, has_lenses };
     if textures.layout != layout {
@@ -177,9 +181,11 @@ mod tests {
 
     #[test]
     fn no_two_tiles_overlap_and_the_atlas_fits() {
-        for (directions, keys) in [(1, 0), (1, 1), (2, 8), (7, 3), (64, 2), (256, 0), (1024, 8)] {
-            let layout = AtlasLayout::new(directions, keys, 1024);
-            assert!(layout.columns.max(layout.rows) * layout.resolution <= MAX_ATLAS_EDGE);
+        let sizes = [(1, 0), (1, 1), (2, 8), (7, 3), (64, 2), (256, 0), (1024, 8)];
+        for ((directions, keys), max_edge) in sizes.into_iter().flat_map(|size| [(size, 2048), (size, MAX_ATLAS_EDGE)])
+        {
+            let layout = AtlasLayout::new(directions, keys, 1024, max_edge);
+            assert!(layout.columns.max(layout.rows) * layout.resolution <= max_edge);
             let mut taken = vec![false; (layout.columns * layout.rows) as usize];
             for index in 0..layout.shadow_maps() {
                 let span = layout.tile_edge(index) / layout.resolution;
@@ -193,6 +199,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(AtlasLayout::new(64, 0, 256).resolution, 256);
+        assert_eq!(AtlasLayout::new(64, 0, 256, MAX_ATLAS_EDGE).resolution, 256);
+        assert_eq!(AtlasLayout::new(64, 0, 256, 2048).resolution, 128);
     }
 }
