@@ -25,7 +25,7 @@ fn angle_of(v: vec2f) -> f32 {
     return select(half_turn, -half_turn, v.y < 0.0);
 }
 
-/// Cosine and sine of an angle in −π…π, each off by at most 6e-7.
+/// Cosine and sine of an angle in −π…π, each off by at most 7e-7.
 fn unit_vector(angle: f32) -> vec2f {
     let x = 0.25 * angle;
     let z = x * x;
