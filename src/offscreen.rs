@@ -162,6 +162,12 @@ pub fn update_until(
     let started = Instant::now();
     loop {
         update(app)?;
+        // Frames are drawn faster than a slow device finishes them: what waits would be taken for a device that hangs.
+        match app.world().get_resource::<RenderDevice>().map(|device| device::wait(device, PATIENCE)) {
+            Some(DeviceState::Busy) => return Err(OffscreenError::Hung(PATIENCE)),
+            Some(DeviceState::Lost) => return Err(OffscreenError::Stopped),
+            Some(DeviceState::Idle) | None => (),
+        }
         if done(app) {
             return Ok(());
         }
