@@ -12,12 +12,13 @@ use serde_json::Value;
 const CLIP: usize = 60;
 /// Small, because software Vulkan is slow.
 const SIZE: UVec2 = UVec2::new(96, 72);
-/// Memory that the second loop may need beyond the first, in MiB, in small steps from picture to picture: what leaks does so
-/// every time.
-const CREEP_MIB: f64 = 16.0;
-/// Larger steps are buffers of software Vulkan that come and go within a frame, and are seen or not as the machine is busy.
+/// Memory that the second loop may need beyond the first, in MiB. What leaks does so with every picture, so it shows both from end to
+/// end and in the sum of small steps from picture to picture; each of these alone also has the buffers of software Vulkan in it that
+/// come and go within a frame, and are seen or not as the machine is busy.
+const LEAK_MIB: f64 = 16.0;
+/// A larger step is such a buffer.
 const DRIVER_STEP_MIB: f64 = 5.0;
-/// All together; several of those buffers.
+/// From end to end in any case: several of those buffers.
 const GROWTH_MIB: f64 = 250.0;
 /// Parts of messages that a user would take for trouble.
 const TROUBLE: [&str; 4] = ["WARN", "ERROR", "panicked", "alidation"];
@@ -56,7 +57,8 @@ fn two_loops_of_the_clip_are_drawn_without_trouble_or_growing_memory() {
         "memory: {:.1} MiB after one loop, {growth:+.1} MiB in the second, {creep:+.1} of it in small steps",
         memory[CLIP - 1]
     );
-    assert!(creep <= CREEP_MIB && growth <= GROWTH_MIB, "{creep} and {growth} MiB more in the second loop");
+    let leak = creep.min(growth);
+    assert!(leak <= LEAK_MIB && growth <= GROWTH_MIB, "{creep} and {growth} MiB more in the second loop");
 
     let picture = |i: usize| FramePixels::open(out.join(format!("frame_{i:04}.png"))).expect("written");
     assert_eq!(picture(0).size, SIZE);

@@ -92,7 +92,7 @@ use bevy::{
         extract_resource::ExtractResourcePlugin,
         gpu_readback::{Readback, ReadbackComplete},
     },
-    shader::load_shader_library,
+    shader::{ShaderSettings, load_shader_library},
 };
 use casters::{Caster, Casters};
 use dome::{BoundingSphere, Directions};
@@ -239,7 +239,6 @@ impl Plugin for ShadowsPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
         load_shader_library!(app, "dome.wgsl");
-        load_shader_library!(app, "samples.wgsl");
         load_shader_library!(app, "maps.wgsl");
         load_shader_library!(app, "visibility.wgsl");
         load_shader_library!(app, "receive.wgsl");
@@ -270,6 +269,12 @@ impl Plugin for ShadowsPlugin {
     }
 
     fn finish(&self, app: &mut App) {
+        let is_mirrored = device::mirrors_samples(app);
+        load_shader_library!(app, "samples.wgsl", move |settings: &mut ShaderSettings| {
+            if is_mirrored {
+                settings.shader_defs.push("MIRRORED_SAMPLES".into());
+            }
+        });
         let needs = Needs {
             plugin: "ShadowsPlugin",
             purpose: "there will be no dome shadows, phantoms or toons",

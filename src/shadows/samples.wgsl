@@ -22,12 +22,17 @@ fn alike(offset: vec3f, normal: vec3f, other_normal: vec3f, distance_to_camera: 
 /// Depths below this count as this much: what is infinitely far has no place in the world.
 const FARTHEST_DEPTH: f32 = 1e-9;
 
-/// Where in a pixel its first sample lies, from the top-left corner: the middle without multisampling, else where Vulkan, Direct3D
-/// and Metal put it by standard (Vulkan 1.3, 25.4 "Multisampling").
+/// Place of a pixel's first sample, from the top-left corner: the middle without multisampling, else where Vulkan, Direct3D
+/// and Metal put it by standard (Vulkan 1.3, 25.4 "Multisampling"). `MIRRORED_SAMPLES` is for drivers that mirror the standard
+/// places from left to right (`mirrors_samples` in device.rs); they have no other counts than 4.
 fn first_sample(samples: u32) -> vec2f {
     switch samples {
         case 2u: { return vec2f(0.75, 0.75); }
+#ifdef MIRRORED_SAMPLES
+        case 4u: { return vec2f(0.625, 0.125); }
+#else
         case 4u: { return vec2f(0.375, 0.125); }
+#endif
         case 8u: { return vec2f(0.5625, 0.3125); }
         case 16u: { return vec2f(0.5625, 0.5625); }
         default: { return vec2f(0.5, 0.5); }
