@@ -10,7 +10,7 @@ use bevy::{
         renderer::{RenderAdapter, RenderAdapterInfo},
     },
 };
-use bevy_mirrorball::{camera::FramePixels, offscreen, prelude::*, probe::UniformSky, shadows::VisibilitySamples};
+use bevy_mirrorball::{camera::FramePixels, offscreen, prelude::*, shadows::VisibilitySamples};
 
 /// Largest step between neighboring pixels of a white ball under an even sky, inside of its outline.
 const MAX_JUMP: u8 = 20;
@@ -19,7 +19,9 @@ const MAX_DIFFERENCE: u8 = 3;
 const GRAY: u8 = 150;
 const BALL_RADIUS: f32 = 0.05;
 /// Across the picture, in pixels.
-const SIZE: u32 = 96;
+const SIZE: UVec2 = UVec2::splat(96);
+/// Where the camera stands.
+const EYE: Vec3 = Vec3::new(0.0, 0.45, 0.6);
 
 /// What stands on the desk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,26 +36,29 @@ struct Scene {
     picture: Handle<Image>,
     camera: Entity,
     dome: Entity,
-    size: UVec2,
+}
+
+/// Intrinsics of a camera that sees the thing this many pixels wide. The widest fills the picture; what lies outside is as smooth as
+/// what lies inside.
+fn intrinsics(pixels: f32) -> Intrinsics {
+    let distance = EYE.distance(Vec3::Y * BALL_RADIUS);
+    let focal = Vec2::splat(pixels * distance / (2.0 * BALL_RADIUS));
+    Intrinsics { focal, center: 0.5 * SIZE.as_vec2(), size: SIZE }
 }
 
 impl Scene {
-    /// A camera that sees a thing this many pixels wide on a phantom desk, from the front and above.
-    fn new(thing: Thing, pixels: f32, size: UVec2) -> Option<Self> {
+    /// A camera that sees a thing on a phantom desk, from the front and above.
+    fn new(thing: Thing) -> Option<Self> {
         let mut app = gpu::app(|app| {
             app.add_plugins(MirrorballPlugins);
         })?;
-        let (picture, target) = offscreen::add_target(&mut app, size);
-        let gray = FramePixels::new(size, vec![GRAY; 4 * size.element_product() as usize]);
+        let (picture, target) = offscreen::add_target(&mut app, SIZE);
+        let gray = FramePixels::new(SIZE, vec![GRAY; 4 * SIZE.element_product() as usize]);
         let feed = CameraFeed::pixels(gray.expect("as many bytes as the size says")).with_pace(FeedPace::Lockstep);
-        let eye = Vec3::new(0.0, 0.45, 0.6);
-        let distance = eye.distance(Vec3::Y * BALL_RADIUS);
-        let focal = Vec2::splat(pixels * distance / (2.0 * BALL_RADIUS));
-        let intrinsics = Intrinsics { focal, center: 0.5 * size.as_vec2(), size };
-        let pose = Transform::from_translation(eye).looking_at(Vec3::Y * BALL_RADIUS, Vec3::Y);
-        let camera = app.world_mut().spawn((ArCamera::new(intrinsics), pose, feed, target)).id();
-        let sky = UniformSky { radiance: Some(Vec3::splat(0.4)) };
-        app.world_mut().spawn((LightProbeSphere::default(), sky, Transform::from_xyz(0.2, 0.05, 0.1)));
+        let pose = Transform::from_translation(EYE).looking_at(Vec3::Y * BALL_RADIUS, Vec3::Y);
+        let camera = app.world_mut().spawn((ArCamera::new(intrinsics(60.0)), pose, feed, target)).id();
+        // Behind the camera, which fits a sky to its picture instead of measuring the ball: alike at every width.
+        app.world_mut().spawn((LightProbeSphere::default(), Transform::from_xyz(0.0, 0.05, 2.0)));
         let dome = app.world_mut().spawn(ShadowDomeLight::default()).id();
         let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
         let desk = meshes.add(Plane3d::default().mesh().size(2.0, 2.0));
@@ -72,19 +77,19 @@ impl Scene {
             });
             app.world_mut().spawn((Mesh3d(mesh), MeshMaterial3d(material), Transform::from_xyz(0.0, BALL_RADIUS, 0.0)));
         }
-        Some(Self { app, picture, camera, dome, size })
+        Some(Self { app, picture, camera, dome })
     }
 
-    /// Luminances after a change of settings.
-    fn shoot(&mut self, msaa: Msaa, samples: VisibilitySamples) -> Picture {
-        self.app.world_mut().entity_mut(self.camera).insert(msaa);
+    /// A picture of the thing at a width in pixels.
+    fn shoot(&mut self, pixels: f32, msaa: Msaa, samples: VisibilitySamples) -> Picture {
+        self.app.world_mut().entity_mut(self.camera).insert((ArCamera::new(intrinsics(pixels)), msaa));
         self.app.world_mut().entity_mut(self.dome).insert(ShadowDomeLight { samples, ..default() });
         for _ in 0..8 {
             offscreen::update(&mut self.app).expect("rendering goes on");
         }
         offscreen::settle(&mut self.app).expect("all shaders compile");
         let bytes = offscreen::read_texture(&mut self.app, &self.picture).expect("the picture comes back");
-        Picture { size: self.size, green: bytes.chunks_exact(4).map(|pixel| pixel[1]).collect() }
+        Picture { green: bytes.chunks_exact(4).map(|pixel| pixel[1]).collect() }
     }
 
     /// Whether the driver's depths of triangles smaller than a pixel are off: SwiftShader's are where a pixel has several samples.
@@ -103,20 +108,19 @@ impl Scene {
 }
 
 struct Picture {
-    size: UVec2,
     green: Vec<u8>,
 }
 
 impl Picture {
     fn at(&self, x: u32, y: u32) -> u8 {
-        self.green[(y * self.size.x + x) as usize]
+        self.green[(y * SIZE.x + x) as usize]
     }
 
     /// Largest step to the right or down between pixels that lie within a number of pixels from the middle.
     fn jump(&self, within: f32) -> u8 {
-        let middle = 0.5 * self.size.as_vec2();
+        let middle = 0.5 * SIZE.as_vec2();
         let is_inside = |x: u32, y: u32| (Vec2::new(x as f32, y as f32) + 0.5).distance(middle) <= within;
-        let places = (0..self.size.y - 1).flat_map(|y| (0..self.size.x - 1).map(move |x| (x, y)));
+        let places = (0..SIZE.y - 1).flat_map(|y| (0..SIZE.x - 1).map(move |x| (x, y)));
         let step = |(x, y): (u32, u32)| {
             let right = if is_inside(x + 1, y) { self.at(x, y).abs_diff(self.at(x + 1, y)) } else { 0 };
             let down = if is_inside(x, y + 1) { self.at(x, y).abs_diff(self.at(x, y + 1)) } else { 0 };
@@ -127,8 +131,8 @@ impl Picture {
 
     /// Largest difference among pixels that lie within a number of pixels from the middle.
     fn difference(&self, other: &Self, within: f32) -> u8 {
-        let middle = 0.5 * self.size.as_vec2();
-        let places = (0..self.size.y).flat_map(|y| (0..self.size.x).map(move |x| (x, y)));
+        let middle = 0.5 * SIZE.as_vec2();
+        let places = (0..SIZE.y).flat_map(|y| (0..SIZE.x).map(move |x| (x, y)));
         let inside = places.filter(|(x, y)| (Vec2::new(*x as f32, *y as f32) + 0.5).distance(middle) <= within);
         inside.map(|(x, y)| self.at(x, y).abs_diff(other.at(x, y))).max().unwrap_or(0)
     }
@@ -138,16 +142,10 @@ const COUNTS: [Msaa; 4] = [Msaa::Off, Msaa::Sample2, Msaa::Sample4, Msaa::Sample
 const SAMPLED: [VisibilitySamples; 3] =
     [VisibilitySamples::Interleaved, VisibilitySamples::Half, VisibilitySamples::Full];
 
-/// A picture for a thing of a width in pixels.
-fn picture_size(pixels: f32) -> UVec2 {
-    UVec2::splat(SIZE.min((pixels * 1.5) as u32 + 16))
-}
-
 #[test]
 fn a_lone_ball_is_smooth_under_every_count_of_samples() {
-    // The widest fills the picture; what lies outside is as smooth as what lies inside.
+    let Some(mut scene) = Scene::new(Thing::Ball) else { return };
     for pixels in [8.0, 20.0, 60.0, 400.0] {
-        let Some(mut scene) = Scene::new(Thing::Ball, pixels, picture_size(pixels)) else { return };
         // A pixel inside the outline: at the rim the desk shows through.
         let within = 0.5 * pixels - 1.0;
         for msaa in COUNTS {
@@ -155,7 +153,7 @@ fn a_lone_ball_is_smooth_under_every_count_of_samples() {
                 println!("{msaa:?} is not supported here");
                 continue;
             }
-            let exact = scene.shoot(msaa, VisibilitySamples::Fragment);
+            let exact = scene.shoot(pixels, msaa, VisibilitySamples::Fragment);
             assert!(exact.jump(within) <= MAX_JUMP, "{pixels} pixels, {msaa:?}, each fragment: {}", exact.jump(within));
             for samples in SAMPLED {
                 if pixels < 10.0 && samples == VisibilitySamples::Full && scene.is_coarse(msaa) {
@@ -164,7 +162,7 @@ fn a_lone_ball_is_smooth_under_every_count_of_samples() {
                     );
                     continue;
                 }
-                let shown = scene.shoot(msaa, samples);
+                let shown = scene.shoot(pixels, msaa, samples);
                 let (jump, difference) = (shown.jump(within), shown.difference(&exact, within));
                 println!("{pixels} pixels, {msaa:?}, {samples:?}: jumps {jump}, off by {difference}");
                 assert!(jump <= MAX_JUMP && difference <= MAX_DIFFERENCE, "{pixels} pixels, {msaa:?}, {samples:?}");
@@ -175,12 +173,12 @@ fn a_lone_ball_is_smooth_under_every_count_of_samples() {
 
 #[test]
 fn a_lone_box_looks_the_same_under_every_count_of_samples() {
+    let Some(mut scene) = Scene::new(Thing::Box) else { return };
     for pixels in [16.0, 60.0, 300.0] {
-        let Some(mut scene) = Scene::new(Thing::Box, pixels, picture_size(pixels)) else { return };
         for msaa in [Msaa::Off, Msaa::Sample4].into_iter().filter(|msaa| scene.supports(*msaa)).collect::<Vec<_>>() {
-            let exact = scene.shoot(msaa, VisibilitySamples::Fragment);
+            let exact = scene.shoot(pixels, msaa, VisibilitySamples::Fragment);
             for samples in SAMPLED {
-                let shown = scene.shoot(msaa, samples);
+                let shown = scene.shoot(pixels, msaa, samples);
                 // Within its middle, which lies on faces and an edge of the box.
                 let difference = shown.difference(&exact, 0.3 * pixels);
                 println!("{pixels} pixels, {msaa:?}, {samples:?}: off by {difference}");
@@ -192,10 +190,10 @@ fn a_lone_box_looks_the_same_under_every_count_of_samples() {
 
 #[test]
 fn nothing_but_a_phantom_leaves_the_picture_alone() {
-    let Some(mut scene) = Scene::new(Thing::Nothing, 60.0, UVec2::splat(SIZE)) else { return };
+    let Some(mut scene) = Scene::new(Thing::Nothing) else { return };
     for msaa in COUNTS.into_iter().filter(|msaa| *msaa == Msaa::Off || *msaa == Msaa::Sample4) {
         for samples in SAMPLED.into_iter().chain([VisibilitySamples::Fragment]) {
-            let shown = scene.shoot(msaa, samples);
+            let shown = scene.shoot(60.0, msaa, samples);
             let worst = shown.green.iter().map(|green| green.abs_diff(GRAY)).max();
             assert!(worst <= Some(1), "{msaa:?}, {samples:?}: {worst:?}");
         }
