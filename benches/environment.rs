@@ -23,11 +23,12 @@ use bevy::{
 };
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
-    environment::{EnvironmentPlugin, LiveEnvironment, Refresh},
     offscreen,
+    phantom::PhantomPlugin,
+    prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
     prelude::{ArCamera, CameraFeed, FeedPace, Intrinsics, LightProbeSphere},
     probe::ProbePlugin,
-    stage::StagePlugin,
+    unwrap::UnwrapPlugin,
 };
 use filter_truth::{ROUGHNESSES, Truth, brightest, relative_rmse, seam};
 use std::{fmt::Write, path::PathBuf, sync::Arc, time::Instant};
@@ -77,7 +78,7 @@ impl Options {
 /// An app without cameras in which `light` makes Bevy or us filter the cube every frame.
 fn app<B: Bundle>(edge: usize, texels: &[DVec3], light: impl FnOnce(Handle<Image>) -> B) -> Outcome<(App, Entity)> {
     let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
-        app.add_plugins(EnvironmentPlugin);
+        app.add_plugins(PrefilterPlugin);
     })?;
     let source = app.world_mut().resource_mut::<Assets<Image>>().add(filter_truth::cube(edge, texels));
     let entity = app.world_mut().spawn((LightProbe::default(), Transform::default(), light(source))).id();
@@ -97,7 +98,7 @@ struct WholePath {
 impl WholePath {
     fn new() -> Outcome<Self> {
         let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
-            app.add_plugins((CameraPlugin, StagePlugin, ProbePlugin, EnvironmentPlugin));
+            app.add_plugins((CameraPlugin, PhantomPlugin, ProbePlugin, UnwrapPlugin, PrefilterPlugin));
         })?;
         let size = UVec2::new(640, 480);
         let shade = |i: u32, darker: u32| [(i % 251) as u8 / 2 + 60 - darker as u8, (i % 13) as u8 + 90, 120, 255];

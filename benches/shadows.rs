@@ -25,12 +25,12 @@ use bevy::{
     },
 };
 use bevy_mirrorball::{
-    environment::CubePixels,
+    environment_map::CubePixels,
     materials::MaterialsPlugin,
     offscreen,
+    phantom::PhantomPlugin,
     prelude::*,
     shadows::{ShadowsPlugin, VisibilitySamples},
-    stage::StagePlugin,
 };
 use std::{collections::BTreeMap, fmt::Write, path::PathBuf, str::FromStr, time::Instant};
 
@@ -178,7 +178,7 @@ struct Stage {
 impl Stage {
     fn new(method: Method, triangles: u32, options: &Options) -> Outcome<Self> {
         let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
-            app.add_plugins((StagePlugin, ShadowsPlugin, MaterialsPlugin));
+            app.add_plugins((PhantomPlugin, ShadowsPlugin, MaterialsPlugin));
         })?;
         let (_, target) = offscreen::add_target(&mut app, options.size);
         let world = app.world_mut();

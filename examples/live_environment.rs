@@ -11,8 +11,9 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_mirrorball::{
-    environment::{EnvironmentPlugin, LiveEnvironment, Refresh, equirect_direction},
+    environment_map::equirect_direction,
     offscreen,
+    prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
 };
 use std::path::PathBuf;
 
@@ -94,7 +95,7 @@ fn camera(world: &World) -> impl Bundle + use<> {
 fn add_scene(app: &mut App) {
     // The color of the air at the horizon, roughly.
     let air = ClearColor(Color::linear_rgb(0.35, 0.5, 0.8));
-    app.add_plugins(EnvironmentPlugin).insert_resource(air).add_systems(Update, paint_sky);
+    app.add_plugins(PrefilterPlugin).insert_resource(air).add_systems(Update, paint_sky);
     let world = app.world_mut();
     let extent = Extent3d { width: SKY_WIDTH, height: SKY_WIDTH / 2, depth_or_array_layers: 1 };
     let format = TextureFormat::Rgba32Float;

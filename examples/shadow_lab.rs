@@ -11,13 +11,14 @@ use bevy::{
 };
 use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass, egui};
 use bevy_mirrorball::{
-    environment::{EnvironmentPlugin, EquirectPixels, LiveEnvironment, Refresh, equirect_direction},
+    environment_map::EnvironmentCube,
+    environment_map::{EquirectPixels, equirect_direction},
     lighting::RealLight,
     materials::MaterialsPlugin,
     offscreen,
-    probe::EnvironmentCube,
+    phantom::PhantomPlugin,
+    prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
     shadows::{DomeCoverage, DomeState, ShadowDomeLight, ShadowFilter, ShadowsPlugin, VisibilitySamples},
-    stage::StagePlugin,
 };
 use std::{f32::consts::TAU, path::PathBuf};
 
@@ -192,7 +193,7 @@ fn camera() -> impl Bundle {
 }
 
 fn add_scene(app: &mut App, dome: &ShadowDomeLight) {
-    app.add_plugins((StagePlugin, EnvironmentPlugin, ShadowsPlugin, MaterialsPlugin))
+    app.add_plugins((PhantomPlugin, PrefilterPlugin, ShadowsPlugin, MaterialsPlugin))
         .init_resource::<Lab>()
         .insert_resource(ClearColor(Color::srgb(0.62, 0.68, 0.75)))
         .add_systems(Update, (drive, light_up));

@@ -28,19 +28,23 @@
 //!                       │        │                        │
 //!                       │        │ paper brightness       │ place of the ball
 //!                       │        ▼                        ▼
-//!                       ├──────► probe ─── raw cube ──► environment ── diffuse + glossy maps ──► every StandardMaterial
-//!                       │        ▲ gain per direction
-//!                       ├──────► lighting ── what the camera clipped, from the desk ──► real lights as entities
-//!                       │                    │
-//!  glTF ──► authoring ──┼─► stage            ▼
-//!                       │     └─ casters ─► shadows ── depth atlas + weight per direction
-//!                       │                    │
-//!                       └─ background        ▼
+//!                       ├─ phantom ───► probe ── where the ball is, what is around it
+//!  glTF ──► authoring ──┤  (real or      │
+//!                       │   virtual)     ▼
+//!                       ├──────────► lighting ── what the camera clipped, from the desk ──► real lights as entities
+//!                       │                │ gain per direction
+//!                       │                ▼
+//!                       ├──────────► unwrap ── cube ──► prefilter ── diffuse + specular maps ──► every StandardMaterial
+//!                       │                                │
+//!                       │     casters, real lights ──► shadows ── depth atlas + weight per direction
+//!                       │                                │
+//!                       └─ background                    ▼
 //!                             └──────────► materials ── phantoms: camera × ratio;  virtual: diffuse × ratio, smooth or in bands
 //! ```
 //!
-//! The modules are the stages in this order; each one's documentation says what enters, what leaves, what it costs and where
-//! its limits are. A stage uses only stages above it. [`mod@debug`] reads what they leave and shows how the measuring goes.
+//! The modules are the stages in this order, and so are the sets of a frame, [`MirrorballSystems`] and [`MirrorballPasses`]; each
+//! module's documentation says what enters, what leaves, what it costs and where its limits are. A stage uses only stages above
+//! it, and all of them the ground floor: [`environment_map`]. [`mod@debug`] reads what they leave and shows how the measuring goes.
 //!
 //! # Cargo features
 //! - `apriltag` (default): marker detection with the AprilTag C library; needs a C compiler.
@@ -58,7 +62,7 @@
 //! # Drivers
 //! A picture must not hang on what WGSL leaves open: the accuracy of `atan2`, `sin` and the like, filtering weights, what lies across
 //! the edges of a cube, derivatives, not-a-number, the order of writes. So angles come from `trigonometry.wgsl`, tables and solid angles
-//! from the CPU in double precision, cubes are read face by face (`sky/cubemap.wgsl`), multisampled prepasses where their sample lies,
+//! from the CPU in double precision, cubes are read face by face (`environment_map/cubemap.wgsl`), multisampled prepasses where their sample lies,
 //! and divisors are clamped. `tests/shaders.rs` lists each use of a loosely defined builtin with the reason why it is harmless.
 //!
 //! Each shader stage keeps within WebGPU's default limits, beside what Bevy binds for the view, the mesh and a `StandardMaterial`:
@@ -85,18 +89,21 @@
 //! - *Objects are black:* [`ProbeMeasurement::is_in_view`](probe::ProbeMeasurement::is_in_view) says whether the ball is where
 //!   the scene says, at least 12 pixels wide.
 //! - *No shadows:* a [`ShadowDomeLight`](shadows::ShadowDomeLight) has to exist, the desk has to be a
-//!   [`PhantomObject`](stage::PhantomObject), and casters must not have `NotShadowCaster`.
+//!   [`PhantomObject`](phantom::PhantomObject), and casters must not have `NotShadowCaster`.
 //! - *Lights are colored oddly or too strong:* lower the camera's exposure until few pixels of the ball are clipped
 //!   ([`ProbeMeasurement::clipped_share`](probe::ProbeMeasurement::clipped_share)), or give
 //!   [shorter exposures](camera::ShorterFrames) beside it.
 
-// In the order of the data flow.
+// In the order of the data flow, above the ground floor.
+pub mod environment_map;
+
 pub mod camera;
 pub mod tracking;
-pub mod stage;
+pub mod phantom;
 pub mod probe;
-pub mod environment;
 pub mod lighting;
+pub mod unwrap;
+pub mod prefilter;
 pub mod shadows;
 pub mod materials;
 pub mod authoring;
@@ -104,8 +111,26 @@ pub mod debug;
 pub mod offscreen;
 mod device;
 mod schedule;
-mod sky;
 mod trigonometry;
+
+/// Old name of [`prefilter`] and [`environment_map`].
+#[deprecated(
+    since = "0.1.0",
+    note = "use `prefilter` for what filters and lights, `environment_map` for the maps themselves"
+)]
+#[doc(hidden)]
+pub mod environment {
+    pub use crate::prefilter::PrefilterPlugin as EnvironmentPlugin;
+    pub use crate::{environment_map::*, prefilter::*};
+}
+
+/// Old name of [`phantom`].
+#[deprecated(since = "0.1.0", note = "use `phantom`")]
+#[doc(hidden)]
+pub mod stage {
+    pub use crate::phantom::{PhantomPlugin as StagePlugin, *};
+}
+
 use bevy::{app::PluginGroupBuilder, prelude::*};
 
 /// All of the crate. Add after [`DefaultPlugins`].
@@ -114,10 +139,11 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 /// |---|---|
 /// | [`camera::CameraPlugin`] | takes camera pictures in, shows them, projects like the real camera |
 /// | [`tracking::TrackingPlugin`] | finds markers, moves the camera or the anchors |
-/// | [`stage::StagePlugin`] | tells real from virtual |
-/// | [`probe::ProbePlugin`] | mirrored ball → environment cube |
-/// | [`environment::EnvironmentPlugin`] | environment cube → light on every `StandardMaterial` |
+/// | [`phantom::PhantomPlugin`] | tells real from virtual |
+/// | [`probe::ProbePlugin`] | where the mirrored ball is, what it shows |
 /// | [`lighting::LightingPlugin`] | what the camera clipped, from what stands on the desk |
+/// | [`unwrap::UnwrapPlugin`] | frames → environment cube |
+/// | [`prefilter::PrefilterPlugin`] | environment cube → light on every `StandardMaterial` |
 /// | [`shadows::ShadowsPlugin`] | dome of shadow directions |
 /// | [`materials::MaterialsPlugin`] | phantoms, image-based surfaces, toons |
 /// | [`authoring::AuthoringPlugin`] | glTF extras → components |
@@ -133,10 +159,11 @@ impl PluginGroup for MirrorballPlugins {
         PluginGroupBuilder::start::<Self>()
             .add(camera::CameraPlugin)
             .add(tracking::TrackingPlugin)
-            .add(stage::StagePlugin)
+            .add(phantom::PhantomPlugin)
             .add(probe::ProbePlugin)
-            .add(environment::EnvironmentPlugin)
             .add(lighting::LightingPlugin)
+            .add(unwrap::UnwrapPlugin)
+            .add(prefilter::PrefilterPlugin)
             .add(shadows::ShadowsPlugin)
             .add(materials::MaterialsPlugin)
             .add(authoring::AuthoringPlugin)
@@ -152,11 +179,11 @@ pub mod prelude {
     pub use crate::{
         MirrorballPlugins,
         camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, FrameFit, Intrinsics},
-        environment::LiveEnvironment,
         materials::{SurfaceStyle, ToonStyle},
+        phantom::PhantomObject,
+        prefilter::LiveEnvironment,
         probe::LightProbeSphere,
         shadows::ShadowDomeLight,
-        stage::PhantomObject,
         tracking::{MarkerAnchor, WorldOrigin},
     };
 }

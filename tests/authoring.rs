@@ -16,9 +16,9 @@ use bevy_mirrorball::{
         read_scene_components,
     },
     materials::{SurfaceStyle, ToonStyle},
+    phantom::PhantomObject,
     probe::LightProbeSphere,
     shadows::ShadowDomeLight,
-    stage::PhantomObject,
     tracking::{MarkerAnchor, WorldOrigin},
 };
 use serde_json::{Value, json};

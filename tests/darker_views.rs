@@ -10,9 +10,9 @@ use bevy_mirrorball::{
         DeskPicture, LightingPlugin, MirrorBall, Paper, RecoveredLight, ShorterExposure, SolvedLight, SolvedRegion,
         SolverCache, solve_light,
     },
+    phantom::PhantomPlugin,
     prelude::*,
     probe::{BallSurface, ProbePlugin},
-    stage::StagePlugin,
     tracking::{DetectedMarker, LumaView, MarkerDetection, MarkerDetector, TrackingPlugin},
 };
 use solved::{irradiance_from, irradiance_from_above, normals};
@@ -161,7 +161,7 @@ fn shorter_exposures_of_a_feed_tell_a_game_how_bright_its_lamps_are() {
         .init_asset::<bevy::shader::Shader>()
         .init_asset::<Mesh>()
         .init_asset::<Image>()
-        .add_plugins((StagePlugin, ProbePlugin, LightingPlugin));
+        .add_plugins((PhantomPlugin, ProbePlugin, LightingPlugin));
     let feed = |frame: &Arc<FramePixels>| CameraFeed::pixels(frame.clone()).with_pace(FeedPace::Lockstep);
     let camera = app.world_mut().spawn((ArCamera::new(picture.intrinsics), feed(&picture.frame))).id();
     app.world_mut().spawn((MarkerAnchor::new(0, 0.1), WorldOrigin));

@@ -15,10 +15,9 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_mirrorball::{
-    environment::{
-        CubePixels, DeskParallax, EnvironmentPlugin, EnvironmentState, FilteredEnvironment, LiveEnvironment, Refresh,
-    },
+    environment_map::CubePixels,
     offscreen,
+    prefilter::{DeskParallax, EnvironmentState, FilteredEnvironment, LiveEnvironment, PrefilterPlugin, Refresh},
 };
 use filter_truth::{ROUGHNESSES, Truth, brightest, relative_rmse, seam, texel};
 
@@ -49,7 +48,7 @@ fn cube(edge: usize, radiance: impl Fn(DVec3) -> DVec3) -> Image {
 /// An app with one plain camera under an environment, and the picture it renders into.
 fn lit_app(source: Image) -> Option<(App, Entity, Handle<Image>)> {
     let mut app = gpu::app(|app| {
-        app.add_plugins(EnvironmentPlugin);
+        app.add_plugins(PrefilterPlugin);
     })?;
     let source = app.world_mut().resource_mut::<Assets<Image>>().add(source);
     let (picture, target) = offscreen::add_target(&mut app, UVec2::new(96, 64));
@@ -284,7 +283,7 @@ fn an_equirectangular_picture_lights_from_where_it_shows_light() {
     let bytes = (0..width * width / 2).flat_map(|i| {
         let uv =
             Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5) / Vec2::new(width as f32, width as f32 / 2.0);
-        let dir = bevy_mirrorball::environment::equirect_direction(uv).as_dvec3();
+        let dir = bevy_mirrorball::environment_map::equirect_direction(uv).as_dvec3();
         let light = 1.0 + 0.8 * dir;
         [light.x, light.y, light.z, 1.0].into_iter().flat_map(|v| (v as f32).to_le_bytes())
     });

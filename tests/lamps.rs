@@ -9,13 +9,14 @@ use bevy::{
 };
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
-    environment::EnvironmentPlugin,
     materials::MaterialsPlugin,
     offscreen,
+    phantom::PhantomPlugin,
+    prefilter::PrefilterPlugin,
     prelude::*,
     probe::{EnvironmentFallback, ProbePlugin, UniformSky},
     shadows::ShadowsPlugin,
-    stage::StagePlugin,
+    unwrap::UnwrapPlugin,
 };
 use std::f32::consts::PI;
 
@@ -49,9 +50,10 @@ impl Desk {
         let mut app = gpu::app(|app| {
             app.add_plugins((
                 CameraPlugin,
-                StagePlugin,
+                PhantomPlugin,
                 ProbePlugin,
-                EnvironmentPlugin,
+                UnwrapPlugin,
+                PrefilterPlugin,
                 ShadowsPlugin,
                 MaterialsPlugin,
             ));

@@ -8,14 +8,14 @@ mod truth;
 use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
-    environment::{EquirectPixels, equirect_direction},
+    environment_map::{EquirectPixels, equirect_direction},
     lighting::{
         DeskPicture, FoundLight, LightingPlugin, MirrorBall, RealLight, RealLightAppeared, RealLightVanished,
         RecoveredLight, SelfCheck, SolverCache, match_cameras, solve_light,
     },
+    phantom::PhantomPlugin,
     prelude::*,
     probe::{BallSurface, ClipEvidence, ClipRecovery, ProbePlugin},
-    stage::StagePlugin,
     tracking::TrackingPlugin,
 };
 use solved::{irradiance_from, irradiance_from_above, normals};
@@ -310,7 +310,7 @@ fn desk_app(camera: (ArCamera, CameraFeed), probe: (LightProbeSphere, Transform)
         .init_asset::<bevy::shader::Shader>()
         .init_asset::<Mesh>()
         .init_asset::<Image>()
-        .add_plugins((StagePlugin, ProbePlugin, LightingPlugin));
+        .add_plugins((PhantomPlugin, ProbePlugin, LightingPlugin));
     app.world_mut().spawn(camera);
     app.world_mut().spawn((MarkerAnchor::new(0, 0.1), WorldOrigin, Transform::from_xyz(0.0, 0.0006, 0.0)));
     let probe = app.world_mut().spawn(probe).id();

@@ -5,9 +5,10 @@ mod gpu;
 use bevy::prelude::*;
 use bevy_mirrorball::{
     debug::{MapView, MapViewPlugin, ShownMap},
-    environment::{EnvironmentPlugin, EquirectPixels, FilteredEnvironment, LiveEnvironment, equirect_direction},
+    environment_map::EnvironmentCube,
+    environment_map::{EquirectPixels, equirect_direction},
     offscreen,
-    probe::EnvironmentCube,
+    prefilter::{FilteredEnvironment, LiveEnvironment, PrefilterPlugin},
 };
 
 /// Half floats, texels 2.8° wide and the filter's own blur.
@@ -31,7 +32,7 @@ fn picture(app: &mut App, map: ShownMap, view: Entity) -> Vec<Vec3> {
 #[test]
 fn each_map_is_shown_with_its_directions_in_place() {
     let Some(mut app) = gpu::app(|app| {
-        app.add_plugins((EnvironmentPlugin, MapViewPlugin));
+        app.add_plugins((PrefilterPlugin, MapViewPlugin));
     }) else {
         return;
     };

@@ -8,7 +8,7 @@ use bevy::{
         settings::{RenderCreation, WgpuSettings},
     },
 };
-use bevy_mirrorball::{camera::FramePixels, offscreen, prelude::*, stage::StageRole, tracking::MarkerTracking};
+use bevy_mirrorball::{camera::FramePixels, offscreen, phantom::StageRole, prelude::*, tracking::MarkerTracking};
 
 #[test]
 fn without_a_renderer_everything_else_works() {

@@ -6,11 +6,13 @@ mod gpu;
 use bevy::prelude::*;
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
-    environment::CubePixels,
+    environment_map::CubePixels,
+    environment_map::EnvironmentCube,
     offscreen,
     prelude::*,
-    probe::{BallView, ClipRecovery, EnvironmentCube, ProbeMeasurement, ProbePlugin, UniformSky},
+    probe::{BallView, ClipRecovery, ProbeMeasurement, ProbePlugin, UniformSky},
     tracking::{MarkerState, MarkerTracking},
+    unwrap::UnwrapPlugin,
 };
 
 /// A step of 8-bit sRGB is 0.7 % of a middle gray; the ball's rim stretches a pixel over several degrees.
@@ -96,7 +98,7 @@ fn photograph(environment: fn(Vec3) -> Vec3) -> FramePixels {
 /// An app that sees the ball; whatever else is there is up to `configure`.
 fn probing_app(environment: fn(Vec3) -> Vec3) -> Option<(App, Entity)> {
     let mut app = gpu::app(|app| {
-        app.add_plugins((CameraPlugin, ProbePlugin));
+        app.add_plugins((CameraPlugin, ProbePlugin, UnwrapPlugin));
     })?;
     let feed = CameraFeed::pixels(photograph(environment)).with_pace(FeedPace::Lockstep);
     app.world_mut().spawn((ArCamera::new(intrinsics()), camera_pose(), Camera { is_active: false, ..default() }, feed));

@@ -6,14 +6,16 @@ mod gpu;
 use bevy::{light::EnvironmentMapLight, prelude::*, time::TimeUpdateStrategy};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
-    environment::CubePixels,
+    environment_map::CubePixels,
+    environment_map::EnvironmentCube,
     offscreen,
+    phantom::PhantomPlugin,
     prelude::*,
     probe::{
-        BallView, ClipRecovery, EnvironmentCube, EnvironmentFallback, EnvironmentOrigin, FisheyeProjection,
-        LightProbeCamera, ProbeCameraState, ProbeLens, ProbeMeasurement, ProbePlugin,
+        BallView, ClipRecovery, EnvironmentFallback, EnvironmentOrigin, FisheyeProjection, LightProbeCamera,
+        ProbeCameraState, ProbeLens, ProbeMeasurement, ProbePlugin,
     },
-    stage::StagePlugin,
+    unwrap::UnwrapPlugin,
 };
 use std::time::Duration;
 
@@ -62,7 +64,7 @@ fn photograph(pose: Transform, covered: impl Fn(Vec2) -> bool) -> FramePixels {
 
 fn app() -> Option<App> {
     gpu::app(|app| {
-        app.add_plugins((CameraPlugin, StagePlugin, ProbePlugin));
+        app.add_plugins((CameraPlugin, PhantomPlugin, ProbePlugin, UnwrapPlugin));
     })
 }
 
@@ -290,7 +292,7 @@ fn what_is_measured_fades_in_over_what_was_assumed() {
 fn a_file_lights_the_scene_and_a_missing_one_does_not_stop_it() {
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("fallback.hdr");
     let texels = vec![Vec3::new(0.7, 0.2, 3.0); 32 * 16];
-    bevy_mirrorball::environment::EquirectPixels { size: UVec2::new(32, 16), texels }.save(&path).expect("written");
+    bevy_mirrorball::environment_map::EquirectPixels { size: UVec2::new(32, 16), texels }.save(&path).expect("written");
     let cases = [
         (Some(path.clone()), None, EnvironmentOrigin::Saved),
         (Some("missing.hdr".into()), Some(path.clone()), EnvironmentOrigin::File),

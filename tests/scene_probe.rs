@@ -4,8 +4,9 @@ mod cubes;
 mod gpu;
 
 use bevy::{camera::visibility::RenderLayers, light::EnvironmentMapLight, prelude::*};
-use bevy_mirrorball::environment::{
-    CubePixels, EnvironmentPlugin, EnvironmentState, EquirectPixels, SceneCube, SceneProbe, equirect_direction,
+use bevy_mirrorball::{
+    environment_map::{CubePixels, EquirectPixels, equirect_direction},
+    prefilter::{EnvironmentState, PrefilterPlugin, SceneCube, SceneProbe},
 };
 
 /// Half floats, and the antialiasing that there is not.
@@ -41,7 +42,7 @@ const CENTER: Vec3 = Vec3::new(0.5, 1.0, -2.0);
 
 fn scene(faces_per_frame: u32) -> Option<(App, Entity)> {
     let mut app = gpu::app(|app| {
-        app.add_plugins(EnvironmentPlugin);
+        app.add_plugins(PrefilterPlugin);
     })?;
     let directions = (0..32 * 64).map(|i| (UVec2::new(i % 64, i / 64).as_vec2() + 0.5) / Vec2::new(64.0, 32.0));
     let texels = directions.map(|uv| sky(equirect_direction(uv))).collect();

@@ -12,14 +12,14 @@ use bevy::{
 };
 use bevy_mirrorball::{
     camera::srgb_to_linear,
-    environment::{EquirectPixels, equirect_direction},
+    environment_map::EnvironmentCube,
+    environment_map::{EquirectPixels, equirect_direction},
     lighting::RealLight,
     materials::MaterialsPlugin,
     offscreen,
+    phantom::PhantomPlugin,
     prelude::*,
-    probe::EnvironmentCube,
     shadows::{DomeCoverage, DomeLights, DomeState, LightsFile, ShadowFilter, ShadowsPlugin, VisibilitySamples},
-    stage::StagePlugin,
 };
 use desk::{Desk, HEIGHT, SIZE, Shot, intrinsics};
 
@@ -250,7 +250,7 @@ fn cube(edge: u32, light: impl Fn(Vec3) -> Vec3) -> Image {
 /// The things on a virtual desk under a camera with an environment map, everything this many times as large.
 fn virtual_scene(scale: f32, map: Image, rotation: Quat) -> Option<(App, Handle<Image>, Shot)> {
     let mut app = gpu::app(|app| {
-        app.add_plugins((StagePlugin, ShadowsPlugin, MaterialsPlugin));
+        app.add_plugins((PhantomPlugin, ShadowsPlugin, MaterialsPlugin));
     })?;
     let map = app.world_mut().resource_mut::<Assets<Image>>().add(map);
     let (picture, target) = offscreen::add_target(&mut app, SIZE);

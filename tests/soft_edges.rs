@@ -7,8 +7,8 @@ use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
     materials::{MaterialsPlugin, SoftPhantomEdges},
     offscreen,
+    phantom::PhantomPlugin,
     prelude::*,
-    stage::StagePlugin,
 };
 
 const SIZE: UVec2 = UVec2::new(96, 64);
@@ -26,7 +26,7 @@ struct Scene {
 impl Scene {
     fn new(pose: Transform, extra: impl Bundle) -> Option<Self> {
         let mut app = gpu::app(|app| {
-            app.add_plugins((CameraPlugin, StagePlugin, MaterialsPlugin));
+            app.add_plugins((CameraPlugin, PhantomPlugin, MaterialsPlugin));
         })?;
         let (picture, target) = offscreen::add_target(&mut app, SIZE);
         let pixels = [REAL, REAL, REAL, 255].repeat(SIZE.element_product() as usize);

@@ -16,13 +16,14 @@ use bevy::{
 };
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
-    environment::EnvironmentPlugin,
     materials::{ImageBasedMaterial, MaterialsPlugin, OutlineMaterial, ToonMaterial},
     offscreen,
+    phantom::PhantomPlugin,
+    prefilter::PrefilterPlugin,
     prelude::*,
     probe::{ProbePlugin, UniformSky},
     shadows::ShadowsPlugin,
-    stage::StagePlugin,
+    unwrap::UnwrapPlugin,
 };
 
 /// Rounding to 8 bits, half floats of the filtered sky and its 16² texels.
@@ -77,9 +78,10 @@ impl Studio {
         let mut app = gpu::app(|app| {
             app.add_plugins((
                 CameraPlugin,
-                StagePlugin,
+                PhantomPlugin,
                 ProbePlugin,
-                EnvironmentPlugin,
+                UnwrapPlugin,
+                PrefilterPlugin,
                 ShadowsPlugin,
                 MaterialsPlugin,
             ));

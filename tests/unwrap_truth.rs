@@ -8,11 +8,13 @@ mod truth;
 use bevy::prelude::*;
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
-    environment::{CubePixels, equirect_position},
+    environment_map::EnvironmentCube,
+    environment_map::{CubePixels, equirect_position},
     lighting::{DeskPicture, MirrorBall},
     offscreen,
     prelude::*,
-    probe::{BallSurface, BallView, ClipRecovery, EnvironmentCube, ProbePlugin},
+    probe::{BallSurface, BallView, ClipRecovery, ProbePlugin},
+    unwrap::UnwrapPlugin,
 };
 use truth::TrueSky;
 
@@ -34,7 +36,7 @@ const CLIPPED_FROM: u8 = 253;
 /// The environment that the ball of a picture shows, without recovery.
 fn unwrap(picture: &DeskPicture) -> Option<CubePixels> {
     let mut app = gpu::app(|app| {
-        app.add_plugins((CameraPlugin, ProbePlugin));
+        app.add_plugins((CameraPlugin, ProbePlugin, UnwrapPlugin));
     })?;
     let feed = CameraFeed::pixels(picture.frame.clone()).with_pace(FeedPace::Lockstep);
     let pose = Transform::from_matrix(picture.camera_from_world.inverse().into());

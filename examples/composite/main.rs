@@ -17,10 +17,11 @@ use bevy::{
 use bevy_mirrorball::{
     authoring,
     camera::FramePixels,
-    environment::CubePixels,
+    environment_map::CubePixels,
+    environment_map::EnvironmentCube,
     offscreen::{self, OffscreenError},
     prelude::*,
-    probe::{ClipRecovery, EnvironmentCube, ProbeMeasurement, UniformSky},
+    probe::{ClipRecovery, ProbeMeasurement, UniformSky},
     tracking::{MarkerState, MarkerTracking},
 };
 use options::{Options, USAGE};

@@ -12,9 +12,10 @@ use bevy::{
 use bevy_mirrorball::{
     camera::{FeedState, FeedStatistics},
     debug::{CheckLevel, Checklist},
+    environment_map::EnvironmentCube,
     offscreen,
     prelude::*,
-    probe::{EnvironmentCube, ProbeMeasurement},
+    probe::ProbeMeasurement,
     tracking::MarkerTracking,
 };
 use image::{Rgb, RgbImage, imageops};

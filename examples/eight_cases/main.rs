@@ -9,7 +9,9 @@
 mod captions;
 
 use bevy::{asset::RecursiveDependencyLoadState, camera::ShadowLodOrigin, log::LogPlugin, prelude::*};
-use bevy_mirrorball::{camera::FramePixels, offscreen, prelude::*, probe::EnvironmentCube, shadows::DomeState};
+use bevy_mirrorball::{
+    camera::FramePixels, environment_map::EnvironmentCube, offscreen, prelude::*, shadows::DomeState,
+};
 use image::{Rgb, RgbImage, imageops};
 use std::{
     path::PathBuf,

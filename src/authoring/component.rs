@@ -6,9 +6,9 @@ use super::{
 };
 use crate::{
     materials::{SurfaceStyle, ToonStyle},
+    phantom::PhantomObject,
     probe::{BallSurface, LightProbeSphere},
     shadows::{DomeCoverage, ShadowDomeLight, ShadowFilter, VisibilitySamples},
-    stage::PhantomObject,
     tracking::{MarkerAnchor, WorldOrigin},
 };
 use bevy::prelude::*;

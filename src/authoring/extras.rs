@@ -31,7 +31,7 @@ impl ParsedExtras {
 ///
 /// ```
 /// use bevy_mirrorball::authoring::{AuthoredComponent, NodeContext, parse_node_extras};
-/// use bevy_mirrorball::stage::PhantomObject;
+/// use bevy_mirrorball::phantom::PhantomObject;
 ///
 /// let desk = NodeContext::new("desk.glb", "table");
 /// let parsed = parse_node_extras(r#"{"PhantomObject": {"casts": false}, "cycles": 1}"#, &desk);
@@ -76,9 +76,9 @@ pub fn parse_node_extras(json: &str, context: &NodeContext) -> ParsedExtras {
 mod tests {
     use super::*;
     use crate::{
+        phantom::PhantomObject,
         probe::LightProbeSphere,
         shadows::{DomeCoverage, ShadowDomeLight, ShadowFilter, VisibilitySamples},
-        stage::PhantomObject,
         tracking::{MarkerAnchor, WorldOrigin},
     };
 

@@ -37,7 +37,7 @@
 //! [`MarkerAnchor`]: crate::tracking::MarkerAnchor
 //! [`WorldOrigin`]: crate::tracking::WorldOrigin
 //! [`LightProbeSphere`]: crate::probe::LightProbeSphere
-//! [`PhantomObject`]: crate::stage::PhantomObject
+//! [`PhantomObject`]: crate::phantom::PhantomObject
 //! [`ShadowDomeLight`]: crate::shadows::ShadowDomeLight
 //! [`SurfaceStyle`]: crate::materials::SurfaceStyle
 

@@ -78,7 +78,7 @@ pub(super) fn insert_authored_components(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{authoring::AuthoringPlugin, stage::PhantomObject, tracking::WorldOrigin};
+    use crate::{authoring::AuthoringPlugin, phantom::PhantomObject, tracking::WorldOrigin};
 
     fn app() -> App {
         let mut app = App::new();

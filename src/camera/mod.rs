@@ -134,10 +134,9 @@ impl Plugin for CameraPlugin {
                     (poll::open_feeds, image_feed::watch_images.run_if(has_images), poll::poll_feeds)
                         .chain()
                         .in_set(MirrorballSystems::Poll),
-                    // Tracking may have let a picture through.
                     (upload::allocate_frame_textures.run_if(has_images), projection::fit_projections)
                         .chain()
-                        .after(MirrorballSystems::Track),
+                        .in_set(MirrorballSystems::Show),
                 ),
             );
         upload::build(app);

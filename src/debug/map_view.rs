@@ -3,9 +3,8 @@
 use crate::{
     camera::ArCamera,
     device::{self, Needs},
-    environment::FilteredEnvironment,
-    probe::EnvironmentCube,
-    sky::{self, cube_faces},
+    environment_map::{self, EnvironmentCube, cube_faces},
+    prefilter::FilteredEnvironment,
 };
 use bevy::{
     asset::{RenderAssetUsages, embedded_asset, load_embedded_asset},
@@ -97,7 +96,7 @@ impl Plugin for MapViewPlugin {
         if !device::can_draw(app, &needs) {
             return;
         }
-        sky::load_shaders(app);
+        environment_map::load_shaders(app);
         embedded_asset!(app, "map_view.wgsl");
         app.sub_app_mut(RenderApp)
             .init_resource::<ExtractedViews>()

@@ -1,6 +1,6 @@
 // A level of a cube map as an equirectangular picture: columns from −Z towards +X, rows from +Y down.
 
-#import bevy_mirrorball::sky::cubemap::sample_faces
+#import bevy_mirrorball::environment_map::cubemap::sample_faces
 
 /// Mirror of `ShownUniform` in map_view.rs.
 struct Shown {

@@ -6,8 +6,8 @@ use super::{
 };
 use crate::{
     camera::{ArCamera, FrameTexture},
-    environment::FilteredEnvironment,
     materials::{SurfaceStyle, ToonStyle},
+    prefilter::FilteredEnvironment,
 };
 use bevy::{
     diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore, FrameTimeDiagnosticsPlugin},

@@ -187,7 +187,7 @@ fn merge(parts: &mut Vec<Region>, sky: &[SkyCell], weight: &impl Fn(usize) -> f3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{lighting::sky::SKY_EDGE, probe::cube_directions};
+    use crate::{environment_map::cube_directions, lighting::sky::SKY_EDGE};
 
     fn sky(radiance: impl Fn(Vec3) -> Vec3) -> Vec<SkyCell> {
         cube_directions(SKY_EDGE)

@@ -84,7 +84,7 @@ impl Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::probe::{BallSurface, cube_directions};
+    use crate::{environment_map::cube_directions, probe::BallSurface};
 
     /// Rays from the point over the ball, mirrored: what a uniform sky sends by way of it.
     #[test]

@@ -22,7 +22,7 @@
 //! Clipped light is taken to be brighter towards the middle of what is clipped, as windows and soft boxes are.
 //!
 //! # More evidence
-//! - A phantom with a known [`reflectance`](crate::stage::PhantomObject::reflectance), such as a folded sheet of paper, is as absolute a
+//! - A phantom with a known [`reflectance`](crate::phantom::PhantomObject::reflectance), such as a folded sheet of paper, is as absolute a
 //!   measure as the marker, and its faces look at different lamps.
 //! - A dark ball ([`LightProbeSphere::is_dark`](crate::probe::LightProbeSphere::is_dark), K 3.1.6) shows in the same picture what the
 //!   bright one clips: how bright each piece is and how its light is spread. What it clips too remains a lower bound.
@@ -80,6 +80,7 @@
 
 mod albedos;
 mod camera_match;
+mod clip_gains;
 mod darker_view;
 mod desk_picture;
 mod equations;
@@ -110,6 +111,8 @@ pub use recover::RecoveredLight;
 pub use self_check::SelfCheck;
 pub use solve::{SolverCache, solve_light};
 pub use solved_light::{SolvedLight, SolvedRegion};
+
+pub(crate) use clip_gains::ClipGains;
 
 use crate::MirrorballSystems;
 use bevy::prelude::*;

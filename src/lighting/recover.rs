@@ -1,13 +1,14 @@
 //! Runs the solver on new pictures, in the background.
 
+use super::ClipGains;
 use super::{
     DeskPicture, FoundLight, MirrorBall, Paper, PhantomSolid, SelfCheck, SolvedLight, SolverCache, self_check,
     series::SeenExposures, solve::unsolved_light, solve_light,
 };
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
-    probe::{ClipEvidence, ClipGains, ClipRecovery, LightProbeSphere, ProbeMeasurement},
-    stage::{PhantomObject, StageRole},
+    phantom::{PhantomObject, StageRole},
+    probe::{ClipEvidence, ClipRecovery, LightProbeSphere, ProbeMeasurement},
     tracking::{MarkerAnchor, MarkerTracking},
 };
 use bevy::{

@@ -1,7 +1,7 @@
 //! Clipped light in pieces: connected cells, large ones split where they vary most in direction.
 
 use super::sky::{SKY_EDGE, SkyCell};
-use crate::probe::cube_directions;
+use crate::environment_map::cube_directions;
 use bevy::{math::Mat3, prelude::*};
 use std::sync::LazyLock;
 

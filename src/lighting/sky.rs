@@ -1,7 +1,11 @@
 //! The ball's picture as a cube of small cells, with what of each cell the camera clipped.
 
+use super::ClipGains;
 use super::{desk_picture::Shot, meter::MirrorBall};
-use crate::probe::{BallSurface, BallView, ClipGains, EDGE_MARGIN_PIXELS, cube_directions, gain_limits};
+use crate::{
+    environment_map::cube_directions,
+    probe::{BallSurface, BallView, EDGE_MARGIN_PIXELS, gain_limits},
+};
 use bevy::prelude::*;
 
 /// Cells along an edge of the cube that light is solved on: 2.8° each.

@@ -1,7 +1,7 @@
 //! Tells the shadow maps which surfaces are cut out by their textures.
 
 use super::{image_based::DomeShadowed, toon::ToonShaded, twin::Dressed};
-use crate::{shadows::Cutout, stage::StageRole};
+use crate::{phantom::StageRole, shadows::Cutout};
 use bevy::{mesh::UvChannel, prelude::*};
 
 type Dress = (

@@ -1,6 +1,6 @@
 //! How entities look: phantoms, image-based surfaces, toons.
 //!
-//! **Enters:** [`StageRole`](crate::stage::StageRole) and [`SurfaceStyle`] of meshes, the dome's textures, the
+//! **Enters:** [`StageRole`](crate::phantom::StageRole) and [`SurfaceStyle`] of meshes, the dome's textures, the
 //! camera's picture. **Leaves:** materials that show phantoms as the camera picture under virtual shadows, and
 //! `StandardMaterial`s whose image-based light is shadowed by the dome, smoothly or in the flat bands of a cartoon.
 //!
@@ -124,8 +124,7 @@ impl Plugin for MaterialsPlugin {
                     .chain()
                     // Without a renderer there is nothing to dress.
                     .run_if(resource_exists::<DomeTextures>)
-                    .after(crate::stage::assign_roles)
-                    .before(MirrorballSystems::Measure)
+                    .in_set(MirrorballSystems::Dress)
                     .before(bevy::asset::AssetEventSystems),
             );
     }

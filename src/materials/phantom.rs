@@ -3,8 +3,8 @@
 use super::{ImageBasedMaterial, ToonMaterial, outline::Outline};
 use crate::{
     camera::{ArCamera, CameraFrame, FrameMapping, FrameTexture},
+    phantom::{PhantomObject, StageRole},
     shadows::{DomeIdentity, DomeShader, DomeTextures, Lamp},
-    stage::{PhantomObject, StageRole},
 };
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,

@@ -2,8 +2,8 @@
 
 use super::SurfaceStyle;
 use crate::{
+    phantom::{StageRole, nearest},
     shadows::{DomeIdentity, DomeTextures, ShadowDomeLight},
-    stage::{StageRole, nearest},
 };
 use bevy::{
     ecs::system::SystemParam,

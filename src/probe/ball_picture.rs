@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     camera::{FramePixels, Intrinsics},
-    sky::{EquirectPixels, equirect_direction},
+    environment_map::{EquirectPixels, equirect_direction},
 };
 use bevy::prelude::*;
 use std::f32::consts::PI;

@@ -3,7 +3,7 @@
 use super::{EnvironmentCube, LightProbeSphere, ProbeMeasurement, probe_camera::LensView, recovery};
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
-    sky::{EnvironmentFileError, EquirectPixels, equirect_direction},
+    environment_map::{EnvironmentFileError, EquirectPixels, equirect_direction},
     tracking::{MarkerAnchor, MarkerTracking},
 };
 use bevy::{
@@ -18,7 +18,7 @@ use std::{path::PathBuf, time::Duration};
 /// What lights the scene of an [`ArCamera`] as long as no probe has been seen, so that virtual things are never black and a game
 /// works without any ball. Every [`ArCamera`] has one; removed when the camera is spawned, there is no light before a measurement.
 /// Cameras spawned with an [`EnvironmentMapLight`](bevy::light::EnvironmentMapLight) or a
-/// [`LiveEnvironment`](crate::environment::LiveEnvironment) of the game's own keep that.
+/// [`LiveEnvironment`](crate::prefilter::LiveEnvironment) of the game's own keep that.
 ///
 /// The first of these that exists: [`saved`](Self::saved), [`file`](Self::file), a sky fitted to the camera's picture and the
 /// marker's paper, an even gray. [`EnvironmentOrigin`] beside it says which.
@@ -36,7 +36,7 @@ use std::{path::PathBuf, time::Duration};
 #[require(EnvironmentOrigin)]
 pub struct EnvironmentFallback {
     /// Equirectangular Radiance or OpenEXR file that the game wrote when it last ran
-    /// ([`EquirectPixels::save`](crate::environment::EquirectPixels::save)), camera units, world axes. It may be missing. Defaults to
+    /// ([`EquirectPixels::save`](crate::environment_map::EquirectPixels::save)), camera units, world axes. It may be missing. Defaults to
     /// `None`.
     pub saved: Option<PathBuf>,
     /// Another such file, for the first time. A file that cannot be read is a warning. Defaults to `None`.
@@ -147,7 +147,7 @@ impl SkyGradient {
 
 /// The fallback as an equirectangular texture, beside the [`EnvironmentFallback`] while it is used.
 #[derive(Component, Clone, Debug)]
-pub(super) struct FallbackPicture {
+pub(crate) struct FallbackPicture {
     pub image: Handle<Image>,
     pub size: UVec2,
     /// Counts up when the texture changes.
@@ -322,7 +322,7 @@ fn fit_sky(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::probe::cube_directions;
+    use crate::environment_map::cube_directions;
 
     #[test]
     fn a_fitted_sky_lights_paper_as_it_was_seen_to_be_lit() {

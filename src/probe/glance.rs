@@ -1,6 +1,7 @@
 //! A coarse look at the ball on the CPU: how much of the surroundings it shows now, and how they have changed.
 
-use super::{BallView, cube_directions, measure::Observer, solids::Surroundings};
+use super::{BallView, measure::Observer, solids::Surroundings};
+use crate::environment_map::cube_directions;
 use bevy::prelude::*;
 use std::{f32::consts::PI, sync::Arc, time::Duration};
 
@@ -17,7 +18,7 @@ const MOST_SCALE: f32 = 2.0;
 
 /// What was glanced at in the newest picture, on the entity of a probe.
 #[derive(Component, Clone, Debug, Default)]
-pub(super) struct Glance {
+pub(crate) struct Glance {
     /// Radiance in camera units (times the reflectance), and whether it is seen, for each direction.
     cells: Vec<(Vec3, f32)>,
     /// Time of the picture.

@@ -230,7 +230,7 @@ impl ProbeLens {
     }
 
     /// Numbers for the shader: radii (or the picture's size), middle, projection, half the field of view, wrap.
-    pub(super) fn numbers(&self, size: UVec2) -> LensNumbers {
+    pub(crate) fn numbers(&self, size: UVec2) -> LensNumbers {
         let ImageCircle { center, radius } = self.circle(size);
         let mut numbers =
             LensNumbers { focal: Vec2::splat(radius), center, projection: Vec4::X, half_fov: PI, wrap: 1.0 };
@@ -248,7 +248,7 @@ impl ProbeLens {
 
 /// A lens as the shader wants it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LensNumbers {
+pub(crate) struct LensNumbers {
     pub focal: Vec2,
     pub center: Vec2,
     /// 1 ÷ the rim's distance from the middle in focal lengths, at the lens's projection: equidistant, equisolid, stereographic,
@@ -286,7 +286,7 @@ mod tests {
         for lens in lenses {
             lens.check().expect("can be");
             let mut found = 0;
-            for (dir, _) in super::super::cube_directions(16) {
+            for (dir, _) in crate::environment_map::cube_directions(16) {
                 let Some(pixel) = lens.pixel(dir, SIZE) else { continue };
                 // The rim of a ball and of an orthographic lens shows a whole degree within a hundredth of a pixel.
                 let Some(back) = lens.direction(pixel, SIZE) else { continue };

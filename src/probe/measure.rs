@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     camera::{ArCamera, CameraFrame, FramePixels, Intrinsics},
-    stage::StageRole,
+    phantom::StageRole,
     tracking::{MarkerAnchor, MarkerTracking},
 };
 use bevy::{camera::primitives::Aabb, math::Affine3A, prelude::*};
@@ -42,12 +42,12 @@ pub struct ProbeMeasurement {
     pub paper: Option<Vec3>,
     /// Time the measurement took on the CPU.
     pub cpu_time: Duration,
-    pub(super) view: Option<ProbeView>,
+    pub(crate) view: Option<ProbeView>,
 }
 
 /// Everything the unwrap pass has to know; compared to see whether it has to run again.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
-pub(super) struct ProbeView {
+pub(crate) struct ProbeView {
     pub camera: Entity,
     pub camera_from_world: Mat3,
     pub center_camera: Vec3,

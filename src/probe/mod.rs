@@ -48,8 +48,6 @@
 //! would. All probes are merged by direction, as if they stood at one place.
 
 mod ball_picture;
-mod cube_directions;
-mod cube_writes;
 mod fallback;
 mod glance;
 mod lens;
@@ -58,11 +56,8 @@ mod mirror_ball;
 mod probe_camera;
 mod recovery;
 mod solids;
-mod unwrap_pass;
-mod unwrap_source;
 
 pub use ball_picture::{BallPicture, BallPictureError};
-pub use cube_writes::CubeWrites;
 pub use fallback::{EnvironmentFallback, EnvironmentOrigin, SkyGradient};
 pub use lens::{FisheyeProjection, ImageCircle, LensError, ProbeLens};
 pub use measure::ProbeMeasurement;
@@ -70,17 +65,19 @@ pub use mirror_ball::{BallView, Ellipse};
 pub use probe_camera::{LightProbeCamera, ProbeCameraState};
 pub use recovery::{ClipEvidence, ClipRecovery};
 
-pub(crate) use cube_directions::cube_directions;
-pub(crate) use recovery::{EDGE_MARGIN_PIXELS, gain_limits};
-pub(crate) use unwrap_source::ClipGains;
+pub(crate) use fallback::FallbackPicture;
+pub(crate) use glance::Glance;
+pub(crate) use lens::LensNumbers;
+pub(crate) use measure::ProbeView;
+pub(crate) use probe_camera::LensView;
+pub(crate) use recovery::{EDGE_MARGIN_PIXELS, MOST_SATURATION, WHITE_FROM, clipped_from_linear, gain_limits};
+pub(crate) use solids::{SolidUniform, Surroundings};
 
-use crate::{
-    MirrorballSystems,
-    camera::ArCamera,
-    device::{self, Needs},
-    sky::cube_image,
-};
-use bevy::{light::EnvironmentMapLight, prelude::*};
+#[doc(hidden)]
+pub use crate::environment_map::{CubeWrites, EnvironmentCube};
+
+use crate::{MirrorballSystems, camera::ArCamera, environment_map::LitByGame};
+use bevy::{light::EnvironmentMapLight, prelude::*, shader::load_shader_library};
 
 /// A mirrored ball standing in the real scene; its center is the entity's origin.
 ///
@@ -163,24 +160,6 @@ pub struct UniformSky {
     pub radiance: Option<Vec3>,
 }
 
-/// The environment as a cube map, on the entity of every [`LightProbeSphere`], [`LightProbeCamera`] and every [`ArCamera`] that a game
-/// does not light by itself; it is the same on all of them.
-///
-/// Linear camera units, world axes, 16-bit float, one mip level, edge length [`SIZE`](Self::SIZE). Alpha is the confidence, 0…1: pixels
-/// of the picture per texel (along an edge, at most 1) where a direction is seen, less with age where it was seen earlier, 0.001 where
-/// it is a guess. Written by the GPU: do not change the [`Image`] asset behind it.
-#[derive(Component, Clone, Debug)]
-pub struct EnvironmentCube(pub Handle<Image>);
-
-impl EnvironmentCube {
-    /// Edge length of a face in texels: 0.7° each, finer than the pixels of a ball 150 pixels across.
-    pub const SIZE: u32 = 128;
-
-    fn allocate(images: &mut Assets<Image>) -> Self {
-        Self(images.add(cube_image("mirrorball_probe_cube", Self::SIZE, 1)))
-    }
-}
-
 /// Measures the light that falls on the probes.
 pub struct ProbePlugin;
 
@@ -198,7 +177,7 @@ impl Plugin for ProbePlugin {
             .register_type::<EnvironmentFallback>()
             .register_type::<EnvironmentOrigin>()
             .register_required_components::<ArCamera, EnvironmentFallback>()
-            .add_systems(PreUpdate, allocate_cubes.after(MirrorballSystems::Track))
+            .add_systems(PreUpdate, allocate_cubes.in_set(MirrorballSystems::Allocate))
             .add_systems(
                 PostUpdate,
                 (
@@ -209,35 +188,25 @@ impl Plugin for ProbePlugin {
                     .in_set(MirrorballSystems::Measure),
             );
     }
+}
 
-    fn finish(&self, app: &mut App) {
-        let needs = Needs {
-            plugin: "ProbePlugin",
-            purpose: "environments will not be measured",
-            storage_buffers: 3,
-            storage_textures: 1,
-        };
-        if device::can_draw(app, &needs) {
-            unwrap_pass::build(app);
-        }
-    }
+/// Makes the libraries of balls and boxes known to the shaders of a plugin.
+pub(crate) fn load_shaders(app: &mut App) {
+    load_shader_library!(app, "mirror_ball.wgsl");
+    load_shader_library!(app, "solids.wgsl");
 }
 
 /// The one environment cube.
 #[derive(Resource)]
-pub(crate) struct CubeOfAll(EnvironmentCube);
+struct SharedCube(EnvironmentCube);
 
-/// On whatever has light of its own already; a camera spawned with it needs no fallback.
-#[derive(Component, Clone, Copy, Debug, Default)]
-pub(crate) struct HasLight;
+type Unlit = (With<EnvironmentFallback>, Without<EnvironmentMapLight>, Without<LitByGame>);
+type NewProbe = (Or<(With<LightProbeSphere>, With<LightProbeCamera>, Unlit)>, Without<EnvironmentCube>);
 
-pub(crate) type Unlit = (With<EnvironmentFallback>, Without<EnvironmentMapLight>, Without<HasLight>);
-pub(crate) type NewProbe = (Or<(With<LightProbeSphere>, With<LightProbeCamera>, Unlit)>, Without<EnvironmentCube>);
-
-pub(crate) fn allocate_cubes(
+fn allocate_cubes(
     mut commands: Commands,
     mut images: ResMut<Assets<Image>>,
-    cube: Option<Res<CubeOfAll>>,
+    cube: Option<Res<SharedCube>>,
     probes: Query<(Entity, Option<&LightProbeSphere>), NewProbe>,
 ) {
     let mut new = probes.iter().filter(|(_, sphere)| !sphere.is_some_and(LightProbeSphere::is_dark)).peekable();
@@ -248,7 +217,7 @@ pub(crate) fn allocate_cubes(
     for (probe, _) in new {
         commands.entity(probe).insert(cube.clone());
     }
-    commands.insert_resource(CubeOfAll(cube));
+    commands.insert_resource(SharedCube(cube));
 }
 
 #[cfg(test)]

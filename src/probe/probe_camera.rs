@@ -57,7 +57,7 @@ pub enum ProbeCameraState {
 
 /// What the unwrap pass has to know; compared to see whether it has to run again.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
-pub(super) struct LensView {
+pub(crate) struct LensView {
     pub sequence: u64,
     pub numbers: LensNumbers,
     pub lens: ProbeLens,

@@ -1,7 +1,8 @@
 //! How much brighter than white the clipped pixels of a ball are, from the brightness of the marker's paper.
 
-use super::{BallView, cube_directions};
+use super::BallView;
 use crate::camera::{FramePixels, Intrinsics, srgb_to_linear};
+use crate::environment_map::cube_directions;
 use bevy::{math::Affine3A, prelude::*};
 use std::f32::consts::PI;
 
@@ -42,10 +43,10 @@ impl Default for ClipRecovery {
 pub(super) const CLIPPED_FROM: u8 = 254;
 /// A clipped channel is taken for at most this many times the brightest channel of the pixel that is not clipped: lamps and
 /// skies are not more saturated, and a pixel that clips in one channel only is no lamp.
-pub(super) const MOST_SATURATION: f32 = 4.0;
+pub(crate) const MOST_SATURATION: f32 = 4.0;
 /// A pixel with a clipped channel and at least this luminance is clipped in all channels: webcams compress color more than
 /// brightness, and the edge of a white lamp comes out tinted.
-pub(super) const WHITE_FROM: f32 = 0.94;
+pub(crate) const WHITE_FROM: f32 = 0.94;
 /// Weights of linear red, green and blue in luminance (ITU-R BT.709).
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 /// The picture of the ball ends this many pixels inside its silhouette, where pixels begin to mix with the background.
@@ -165,7 +166,7 @@ pub(crate) fn gain_limits(linear: Vec3) -> [Option<f32>; 3] {
 }
 
 /// Linear values from here on are clipped: halfway below the first clipped code, so that rounding cannot miss it.
-pub(super) fn clipped_from_linear() -> f32 {
+pub(crate) fn clipped_from_linear() -> f32 {
     0.5 * (srgb_to_linear(CLIPPED_FROM - 1) + srgb_to_linear(CLIPPED_FROM))
 }
 

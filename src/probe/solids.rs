@@ -3,7 +3,7 @@
 //! Phantoms count as the boxes around their meshes, in the meshes' own axes: exact for desks and boxes, a little too much for
 //! anything round. WGSL twin: `solids.wgsl`.
 
-use crate::stage::{PhantomObject, StageRole};
+use crate::phantom::{PhantomObject, StageRole};
 use bevy::{camera::primitives::Aabb, math::Affine3A, prelude::*, render::render_resource::ShaderType};
 
 /// Half of a plane's thickness, in metres.
@@ -23,7 +23,7 @@ pub(super) struct Solid {
 
 /// Mirror of `Solid` in `solids.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, PartialEq)]
-pub(super) struct SolidUniform {
+pub(crate) struct SolidUniform {
     x: Vec4,
     y: Vec4,
     z: Vec4,
@@ -31,7 +31,7 @@ pub(super) struct SolidUniform {
 
 impl SolidUniform {
     /// Is never hit: far behind the camera.
-    pub(super) const NOTHING: Self = Self {
+    pub(crate) const NOTHING: Self = Self {
         x: Vec4::new(1e6, 0.0, 0.0, 1e12),
         y: Vec4::new(0.0, 1e6, 0.0, 1e12),
         z: Vec4::new(0.0, 0.0, 1e6, -1e12),
@@ -70,7 +70,7 @@ impl Solid {
 
 /// What stands around one ball, in camera space.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Surroundings {
+pub(crate) struct Surroundings {
     /// What may come between camera and ball.
     pub blockers: Vec<SolidUniform>,
     /// What the ball mirrors.

@@ -1,7 +1,7 @@
 //! What casts shadows, where it is and what shape it has.
 
 use super::{dome::BoundingSphere, schedule::Movement};
-use crate::stage::StageRole;
+use crate::phantom::StageRole;
 use bevy::{
     camera::primitives::Aabb,
     ecs::system::SystemParam,

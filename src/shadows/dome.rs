@@ -1,7 +1,7 @@
 //! The directions of a dome, the part of the sphere each stands for, and the box their shadow maps look at.
 
 use super::DomeCoverage;
-use crate::probe::cube_directions;
+use crate::environment_map::cube_directions;
 use bevy::prelude::*;
 use std::sync::Arc;
 

@@ -7,7 +7,7 @@ use super::{
     view::ViewUniform,
     visibility_pass::ServedByDome,
 };
-use crate::probe::EnvironmentCube;
+use crate::environment_map::EnvironmentCube;
 use bevy::{
     light::EnvironmentMapLight,
     prelude::*,

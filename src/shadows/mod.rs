@@ -81,8 +81,8 @@ use crate::{
     MirrorballSystems,
     camera::ArCamera,
     device::{self, Needs},
+    environment_map::EnvironmentCube,
     lighting::RealLight,
-    probe::EnvironmentCube,
 };
 use bevy::{
     prelude::*,

@@ -8,10 +8,12 @@ use super::{
     key_lights::KeyLight,
     textures::DomeTextures,
 };
-use crate::{MirrorballPasses, probe::CubeWrites, sky::cube_faces};
+use crate::{
+    MirrorballPasses,
+    environment_map::{CubeWrites, cube_faces},
+};
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
-    core_pipeline::schedule::camera_driver,
     prelude::*,
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
@@ -23,7 +25,7 @@ use bevy::{
             TextureSampleType, TextureUsages, TextureViewId, UniformBuffer,
             binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, texture_2d_array, uniform_buffer},
         },
-        renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
+        renderer::{RenderContext, RenderDevice, RenderGraph, RenderQueue},
         storage::GpuShaderBuffer,
         texture::GpuImage,
     },
@@ -34,17 +36,14 @@ use std::{
 };
 
 pub(super) fn build(app: &mut App) {
-    crate::sky::load_shaders(app);
+    crate::environment_map::load_shaders(app);
     embedded_asset!(app, "weights_pass.wgsl");
     app.sub_app_mut(RenderApp)
         .init_resource::<PreparedWeights>()
         .init_resource::<CubeWrites>()
         .add_systems(RenderStartup, init_weights_pipelines)
         .add_systems(Render, prepare_weights.in_set(RenderSystems::PrepareBindGroups))
-        .add_systems(
-            RenderGraph,
-            weights_pass.in_set(RenderGraphSystems::Render).after(MirrorballPasses::WriteCubes).before(camera_driver),
-        );
+        .add_systems(RenderGraph, weights_pass.in_set(MirrorballPasses::ReadCubes));
 }
 
 /// Mirror of `Weights` in `weights_pass.wgsl`.

@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use bevy::prelude::*;
-use bevy_mirrorball::{environment::CubePixels, offscreen};
+use bevy_mirrorball::{environment_map::CubePixels, offscreen};
 
 /// The first mip level of a cube of half floats as it is after one more frame.
 pub(crate) fn read(app: &mut App, image: &Handle<Image>) -> CubePixels {

@@ -6,13 +6,15 @@ use super::gpu;
 use bevy::prelude::*;
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
-    environment::EnvironmentPlugin,
+    environment_map::EnvironmentCube,
     materials::MaterialsPlugin,
     offscreen,
+    phantom::PhantomPlugin,
+    prefilter::PrefilterPlugin,
     prelude::*,
-    probe::{EnvironmentCube, EnvironmentFallback, ProbePlugin, UniformSky},
+    probe::{EnvironmentFallback, ProbePlugin, UniformSky},
     shadows::ShadowsPlugin,
-    stage::StagePlugin,
+    unwrap::UnwrapPlugin,
 };
 
 pub(crate) const SIZE: UVec2 = UVec2::new(96, 64);
@@ -38,9 +40,10 @@ impl Desk {
         let mut app = gpu::app(|app| {
             app.add_plugins((
                 CameraPlugin,
-                StagePlugin,
+                PhantomPlugin,
                 ProbePlugin,
-                EnvironmentPlugin,
+                UnwrapPlugin,
+                PrefilterPlugin,
                 ShadowsPlugin,
                 MaterialsPlugin,
             ));

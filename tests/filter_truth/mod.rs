@@ -17,7 +17,7 @@ use bevy::{
         texture::GpuImage,
     },
 };
-use bevy_mirrorball::environment::EquirectPixels;
+use bevy_mirrorball::environment_map::EquirectPixels;
 use std::{f64::consts::PI, path::Path};
 
 /// Perceptual roughnesses at which glossy maps are compared.
@@ -210,7 +210,7 @@ fn read_maps(@builtin(global_invocation_id) id: vec3u) {
 
 /// The crate's shader library of cube faces, without the lines that only Bevy reads.
 fn cubemap_library() -> String {
-    let lines = include_str!("../../src/sky/cubemap.wgsl").lines();
+    let lines = include_str!("../../src/environment_map/cubemap.wgsl").lines();
     lines.filter(|line| !line.starts_with('#')).collect::<Vec<_>>().join("\n")
 }
 

@@ -4,10 +4,9 @@ use super::{
     filter::{Dispatch, ExtractedEnvironments, PreparedFilters, extract_environments, prepare_filters},
     pipeline::init_filter_pipelines,
 };
-use crate::{MirrorballPasses, probe::CubeWrites};
+use crate::{MirrorballPasses, environment_map::CubeWrites};
 use bevy::{
     asset::embedded_asset,
-    core_pipeline::schedule::camera_driver,
     prelude::*,
     render::{
         ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
@@ -15,13 +14,13 @@ use bevy::{
         render_resource::{
             CommandEncoder, ComputePassDescriptor, Extent3d, PipelineCache, TexelCopyTextureInfo, Texture,
         },
-        renderer::{RenderContext, RenderGraph, RenderGraphSystems},
+        renderer::{RenderContext, RenderGraph},
     },
 };
 
 pub(super) fn build(app: &mut App) {
     crate::trigonometry::load(app);
-    crate::sky::load_shaders(app);
+    crate::environment_map::load_shaders(app);
     embedded_asset!(app, "filter_pass.wgsl");
     app.sub_app_mut(RenderApp)
         .init_resource::<ExtractedEnvironments>()
@@ -30,10 +29,7 @@ pub(super) fn build(app: &mut App) {
         .add_systems(RenderStartup, init_filter_pipelines)
         .add_systems(ExtractSchedule, extract_environments)
         .add_systems(Render, prepare_filters.in_set(RenderSystems::PrepareBindGroups))
-        .add_systems(
-            RenderGraph,
-            filter_pass.in_set(RenderGraphSystems::Render).after(MirrorballPasses::WriteCubes).before(camera_driver),
-        );
+        .add_systems(RenderGraph, filter_pass.in_set(MirrorballPasses::ReadCubes));
 }
 
 fn filter_pass(

@@ -1,16 +1,14 @@
 //! What the unwrap pass takes its light from, as the shader wants it.
 
-use super::{
-    EnvironmentCube, ProbeLens, ProbeMeasurement,
-    fallback::FallbackPicture,
-    glance::Glance,
-    lens::LensNumbers,
-    measure::ProbeView,
-    probe_camera::LensView,
-    recovery::{self, MOST_SATURATION, WHITE_FROM},
-    solids::Surroundings,
+use crate::{
+    camera::{CameraFrame, FrameTexture},
+    environment_map::EnvironmentCube,
+    lighting::ClipGains,
+    probe::{
+        FallbackPicture, Glance, LensNumbers, LensView, MOST_SATURATION, ProbeLens, ProbeMeasurement, ProbeView,
+        Surroundings, WHITE_FROM, clipped_from_linear,
+    },
 };
-use crate::camera::{CameraFrame, FrameTexture};
 use bevy::{
     prelude::*,
     render::{Extract, render_resource::ShaderType},
@@ -19,24 +17,6 @@ use std::{sync::Arc, time::Duration};
 
 /// Confidence of an environment that nobody has measured.
 const FALLBACK_CONFIDENCE: f32 = 0.002;
-
-/// Gain on clipped light by direction, on the entity of a probe; replaces the one gain of its measurement.
-#[derive(Component, Clone)]
-pub(crate) struct ClipGains(pub(crate) Arc<Vec<Vec4>>);
-
-impl ClipGains {
-    /// Cells along an edge of the cube of gains, in the order of [`cube_directions`](super::cube_directions); as in the shader.
-    pub(crate) const EDGE: u32 = 32;
-    /// Number of gains.
-    pub(crate) const COUNT: usize = 6 * (Self::EDGE * Self::EDGE) as usize;
-}
-
-/// A list is never changed in place: the same list is equal, another one is news.
-impl PartialEq for ClipGains {
-    fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0)
-    }
-}
 
 /// Mirror of `Ball` in `mirror_ball.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
@@ -91,7 +71,7 @@ impl UnwrapUniform {
             lens: numbers.projection,
             half_fov: numbers.half_fov,
             wrap: numbers.wrap,
-            clipped_from: recovery::clipped_from_linear(),
+            clipped_from: clipped_from_linear(),
             gains_by_direction: 0.0,
             confidence: 1.0,
             least_confidence: 0.0,

@@ -1,6 +1,6 @@
 //! Environments on the CPU: cube maps and equirectangular pictures, and each made from the other.
 
-use super::cube_image;
+use super::{cube_image, face_direction};
 use bevy::{prelude::*, render::render_resource::TextureUsages};
 use std::f32::consts::{PI, TAU};
 
@@ -59,7 +59,7 @@ impl CubePixels {
         EquirectPixels { size, texels: texels.collect() }
     }
 
-    /// A cube texture of half floats: for [`LiveEnvironment`](crate::environment::LiveEnvironment), Bevy's `Skybox` or a
+    /// A cube texture of half floats: for [`LiveEnvironment`](crate::prefilter::LiveEnvironment), Bevy's `Skybox` or a
     /// material. Radiance beyond what half floats hold (65504) is cut off.
     pub fn to_image(&self) -> Image {
         let mut image = cube_image("mirrorball_environment", self.edge, 1);
@@ -122,19 +122,6 @@ impl EquirectPixels {
     }
 }
 
-/// Unit world direction of a position on a layer of a cube map, −1…1 across and down.
-pub(crate) fn face_direction(face: u32, p: Vec2) -> Vec3 {
-    let dir = match face {
-        0 => Vec3::new(1.0, -p.y, -p.x),
-        1 => Vec3::new(-1.0, -p.y, p.x),
-        2 => Vec3::new(p.x, 1.0, p.y),
-        3 => Vec3::new(p.x, -1.0, -p.y),
-        4 => Vec3::new(p.x, -p.y, 1.0),
-        _ => Vec3::new(-p.x, -p.y, -1.0),
-    };
-    dir.normalize() * Vec3::new(1.0, 1.0, -1.0)
-}
-
 /// Position of a unit direction in an equirectangular picture, 0…1 across and down.
 pub fn equirect_position(dir: Vec3) -> Vec2 {
     Vec2::new((dir.x.atan2(-dir.z) / TAU).rem_euclid(1.0), dir.y.clamp(-1.0, 1.0).acos() / PI)
@@ -191,7 +178,7 @@ mod tests {
         let picture = EquirectPixels { size, texels: texels.collect() };
         let turn = Quat::from_rotation_y(0.7);
         let cube = picture.to_cube(32, turn);
-        for (dir, _) in crate::probe::cube_directions(8) {
+        for (dir, _) in super::super::cube_directions(8) {
             let (expected, found) = (slope(turn.inverse() * dir), cube.sample(dir));
             assert!(found.distance(expected) < 0.03, "{dir}: {found} instead of {expected}");
         }

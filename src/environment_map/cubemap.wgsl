@@ -4,7 +4,7 @@
 // do not look across them at all). Directions are those of a cube's left-handed frame: its +z is the world's −Z. Faces lie as
 // in Vulkan 1.3, 16.5.4 "Cube Map Face Selection".
 
-#define_import_path bevy_mirrorball::sky::cubemap
+#define_import_path bevy_mirrorball::environment_map::cubemap
 
 /// A position −1…1 on a face.
 struct FacePlace {

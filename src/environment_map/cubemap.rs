@@ -1,4 +1,4 @@
-//! The sphere in small, nearly equal pieces.
+//! Cube maps on the CPU: directions of their faces and cells. The shaders' part is `cubemap.wgsl`.
 
 use bevy::prelude::*;
 
@@ -18,6 +18,19 @@ pub(crate) fn cube_directions(edge: u32) -> impl Iterator<Item = (Vec3, f32)> {
         let length = pos.length();
         (pos / length, cell * cell / (length * length * length))
     })
+}
+
+/// Unit world direction of a position on a layer of a cube map, −1…1 across and down.
+pub(crate) fn face_direction(face: u32, p: Vec2) -> Vec3 {
+    let dir = match face {
+        0 => Vec3::new(1.0, -p.y, -p.x),
+        1 => Vec3::new(-1.0, -p.y, p.x),
+        2 => Vec3::new(p.x, 1.0, p.y),
+        3 => Vec3::new(p.x, -1.0, -p.y),
+        4 => Vec3::new(p.x, -p.y, 1.0),
+        _ => Vec3::new(-p.x, -p.y, -1.0),
+    };
+    dir.normalize() * Vec3::new(1.0, 1.0, -1.0)
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ pub enum Refresh {
     #[default]
     EveryFrame,
     /// When the source changes: its [`Image`] asset was modified, a camera renders into it, or the pass that wrote it said so
-    /// in [`CubeWrites`](crate::probe::CubeWrites). Otherwise it costs nothing on the GPU.
+    /// in [`CubeWrites`](crate::environment_map::CubeWrites). Otherwise it costs nothing on the GPU.
     OnChange,
     /// Once, and then when [`FilteredEnvironment::request_refresh`](super::FilteredEnvironment::request_refresh) is called.
     OnRequest,

@@ -17,7 +17,7 @@ use bevy::prelude::*;
 ///
 /// ```
 /// use bevy::prelude::*;
-/// use bevy_mirrorball::environment::{DeskParallax, LiveEnvironment};
+/// use bevy_mirrorball::prefilter::{DeskParallax, LiveEnvironment};
 ///
 /// fn beside_the_ball(mut commands: Commands, cube: Handle<Image>, ball: Vec3) {
 ///     commands.spawn((

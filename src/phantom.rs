@@ -54,14 +54,14 @@ pub enum StageRole {
 }
 
 /// Tells real from virtual.
-pub struct StagePlugin;
+pub struct PhantomPlugin;
 
-impl Plugin for StagePlugin {
+impl Plugin for PhantomPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
         app.register_type::<PhantomObject>()
             .register_type::<StageRole>()
-            .add_systems(PostUpdate, assign_roles.before(MirrorballSystems::Measure));
+            .add_systems(PostUpdate, assign_roles.in_set(MirrorballSystems::Assign));
     }
 }
 
@@ -76,7 +76,7 @@ pub(crate) fn nearest<'w, C: Component>(
 
 type NewOrMoved = (With<Mesh3d>, Or<(Added<Mesh3d>, Changed<ChildOf>)>);
 
-pub(crate) fn assign_roles(
+fn assign_roles(
     mut commands: Commands,
     meshes: Query<(Entity, Option<&StageRole>), With<Mesh3d>>,
     fresh: Query<(), NewOrMoved>,
@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn meshes_below_a_phantom_are_phantoms_until_it_is_removed() {
         let mut app = App::new();
-        app.add_plugins(StagePlugin);
+        app.add_plugins(PhantomPlugin);
         let root = app.world_mut().spawn(PhantomObject { casts: false, ..default() }).id();
         let below = app.world_mut().spawn((Mesh3d::default(), ChildOf(root))).id();
         let beside = app.world_mut().spawn(Mesh3d::default()).id();

@@ -1,16 +1,14 @@
 //! Pictures of the light → environment cube, one compute dispatch for each before all cameras.
 
-use super::{
-    CubeWrites, EnvironmentCube, ProbeLens,
-    solids::SolidUniform,
-    unwrap_source::{
-        ClipGains, ExtractedSource, ExtractedSources, PictureKind, SourceView, UnwrapUniform, extract_sources,
-    },
+use super::extract::{ExtractedSource, ExtractedSources, PictureKind, SourceView, UnwrapUniform, extract_sources};
+use crate::{
+    MirrorballPasses,
+    environment_map::{self, CubeWrites, EnvironmentCube, cube_faces},
+    lighting::ClipGains,
+    probe::{self, ProbeLens, SolidUniform},
 };
-use crate::{MirrorballPasses, sky::cube_faces};
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
-    core_pipeline::schedule::camera_driver,
     platform::collections::HashMap,
     prelude::*,
     render::{
@@ -26,10 +24,9 @@ use bevy::{
                 storage_buffer_read_only, texture_2d, texture_2d_array, texture_storage_2d_array, uniform_buffer,
             },
         },
-        renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
+        renderer::{RenderContext, RenderDevice, RenderGraph, RenderQueue},
         texture::GpuImage,
     },
-    shader::load_shader_library,
 };
 use std::time::Duration;
 
@@ -41,9 +38,8 @@ const CHANGE_FORGETS: f32 = 6.0;
 const LEAST_STEP: f32 = 1.0 / 64.0;
 pub(super) fn build(app: &mut App) {
     crate::trigonometry::load(app);
-    crate::sky::load_shaders(app);
-    load_shader_library!(app, "mirror_ball.wgsl");
-    load_shader_library!(app, "solids.wgsl");
+    environment_map::load_shaders(app);
+    probe::load_shaders(app);
     embedded_asset!(app, "unwrap_pass.wgsl");
     app.sub_app_mut(RenderApp)
         .init_resource::<ExtractedSources>()
@@ -52,10 +48,7 @@ pub(super) fn build(app: &mut App) {
         .add_systems(RenderStartup, init_unwrap_pipelines)
         .add_systems(ExtractSchedule, extract_sources)
         .add_systems(Render, prepare_unwraps.in_set(RenderSystems::PrepareBindGroups))
-        .add_systems(
-            RenderGraph,
-            unwrap_pass.in_set(RenderGraphSystems::Render).in_set(MirrorballPasses::WriteCubes).before(camera_driver),
-        );
+        .add_systems(RenderGraph, unwrap_pass.in_set(MirrorballPasses::WriteCubes));
 }
 
 #[derive(Resource)]

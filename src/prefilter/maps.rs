@@ -1,7 +1,7 @@
 //! The textures a filtered environment consists of.
 
 use super::{Refresh, refresh::Progress, source::SourceShape};
-use crate::sky::cube_image;
+use crate::environment_map::cube_image;
 use bevy::{prelude::*, render::render_resource::TextureUsages};
 
 /// Edge length of the irradiance map: interpolated over 2.8°, the kink that a lamp makes at the horizon is off by 0.2 %.

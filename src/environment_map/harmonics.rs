@@ -3,8 +3,7 @@
 //! They hold the irradiance of an environment without strong lamps to about 1 % (Ramamoorthi & Hanrahan 2001) and miss
 //! several percent under lamps; what is drawn uses the filtered maps instead.
 
-use super::CubePixels;
-use crate::sky::face_direction;
+use super::{CubePixels, face_direction};
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
@@ -84,7 +83,7 @@ impl CubePixels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::environment::equirect_direction;
+    use crate::environment_map::equirect_direction;
 
     fn directions() -> impl Iterator<Item = Vec3> {
         (0..60).map(|i| equirect_direction(Vec2::new((i as f32 * 0.618_034).fract(), (i as f32 + 0.5) / 60.0)))

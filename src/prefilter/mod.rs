@@ -36,7 +36,7 @@
 //!
 //! ```no_run
 //! # use bevy::prelude::*;
-//! # use bevy_mirrorball::{environment::{CubePixels, EnvironmentFileError, EquirectPixels}, prelude::*};
+//! # use bevy_mirrorball::{environment_map::{CubePixels, EnvironmentFileError, EquirectPixels}, prelude::*};
 //! # fn example(camera: Entity, mut commands: Commands, mut images: ResMut<Assets<Image>>, measured: CubePixels)
 //! # -> Result<(), EnvironmentFileError> {
 //! let cube = EquirectPixels::open("studio.hdr")?.to_cube(128, Quat::IDENTITY);
@@ -50,7 +50,6 @@
 mod filter;
 mod filter_maker;
 mod filter_pass;
-mod harmonics;
 mod lobe;
 mod maps;
 mod parallax;
@@ -60,19 +59,16 @@ mod scene_probe;
 mod scene_probe_pass;
 mod source;
 
-pub use harmonics::EnvironmentHarmonics;
 pub use maps::FilteredEnvironment;
 pub use parallax::DeskParallax;
 pub use refresh::{EnvironmentState, Refresh};
 pub use scene_probe::{SceneCube, SceneProbe};
 
-pub use crate::sky::{CubePixels, EnvironmentFileError, EquirectPixels, equirect_direction, equirect_position};
-
 use crate::{
     MirrorballSystems,
     camera::ArCamera,
     device::{self, Needs},
-    probe::EnvironmentCube,
+    environment_map::{EnvironmentCube, LitByGame},
 };
 use bevy::{
     asset::LoadState,
@@ -94,7 +90,7 @@ use source::SourceShape;
 ///
 /// ```
 /// use bevy::prelude::*;
-/// use bevy_mirrorball::environment::{LiveEnvironment, Refresh};
+/// use bevy_mirrorball::prefilter::{LiveEnvironment, Refresh};
 ///
 /// fn setup(mut commands: Commands, assets: Res<AssetServer>) {
 ///     let sky = assets.load("sky.hdr");
@@ -103,7 +99,7 @@ use source::SourceShape;
 /// ```
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]
-#[require(EnvironmentState, crate::probe::HasLight)]
+#[require(EnvironmentState, LitByGame)]
 pub struct LiveEnvironment {
     /// Linear radiance in frame buffer units (1.0 shows as 1.0), world axes. Either a cube (six square layers in Bevy's
     /// convention) or an equirectangular picture (twice as wide as high, column u/width is the azimuth from −Z towards +X,
@@ -127,9 +123,9 @@ impl LiveEnvironment {
 }
 
 /// Filters live environments.
-pub struct EnvironmentPlugin;
+pub struct PrefilterPlugin;
 
-impl Plugin for EnvironmentPlugin {
+impl Plugin for PrefilterPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
         app.register_type::<LiveEnvironment>()
@@ -137,10 +133,7 @@ impl Plugin for EnvironmentPlugin {
             .add_observer(take_light_away)
             .add_systems(
                 PreUpdate,
-                (light_cameras_by_probe, follow_sources, keep_intensity)
-                    .chain()
-                    .after(MirrorballSystems::Track)
-                    .after(crate::probe::allocate_cubes),
+                (light_cameras_by_probe, follow_sources, keep_intensity).chain().in_set(MirrorballSystems::Follow),
             )
             .register_type::<DeskParallax>()
             .add_systems(PostUpdate, request_refreshes.after(bevy::asset::AssetEventSystems))
@@ -150,7 +143,7 @@ impl Plugin for EnvironmentPlugin {
 
     fn finish(&self, app: &mut App) {
         let needs = Needs {
-            plugin: "EnvironmentPlugin",
+            plugin: "PrefilterPlugin",
             purpose: "environments will not be filtered",
             storage_buffers: 1,
             storage_textures: 2,

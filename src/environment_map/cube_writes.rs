@@ -4,7 +4,7 @@ use bevy::{platform::collections::HashMap, prelude::*};
 
 /// Render world: what passes on the GPU have written, for stages that work only when something has changed.
 ///
-/// Announce a cube (or any other source of a [`LiveEnvironment`](crate::environment::LiveEnvironment)) before the render graph
+/// Announce a cube (or any other source of a [`LiveEnvironment`](crate::prefilter::LiveEnvironment)) before the render graph
 /// runs, in the frame in which it is written.
 #[derive(Resource, Default)]
 pub struct CubeWrites(HashMap<AssetId<Image>, u32>);

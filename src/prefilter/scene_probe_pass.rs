@@ -1,7 +1,7 @@
 //! Faces of scene probes → their cubes, after all cameras.
 
 use super::scene_probe::SceneCube;
-use crate::probe::CubeWrites;
+use crate::environment_map::CubeWrites;
 use bevy::{
     core_pipeline::schedule::camera_driver,
     prelude::*,

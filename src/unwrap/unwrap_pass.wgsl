@@ -6,7 +6,7 @@
     Ball, side_of, angle_from, ball_point, normal_angle, neighboring_normal_angle,
 }
 #import bevy_mirrorball::probe::solids::{Solid, hidden_share, inside_of}
-#import bevy_mirrorball::sky::cubemap::face_direction
+#import bevy_mirrorball::environment_map::cubemap::face_direction
 #import bevy_mirrorball::trigonometry::{angle_of, unit_vector}
 
 /// Mirror of `UnwrapUniform` in unwrap_pass.rs.

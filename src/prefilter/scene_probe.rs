@@ -1,7 +1,10 @@
 //! The virtual scene around a point as an environment, so that moving virtual objects mirror each other and the room.
 
 use super::{LiveEnvironment, Refresh, ViewingCamera, unit_intensity};
-use crate::{probe::EnvironmentCube, sky::cube_image};
+use crate::{
+    MirrorballSystems,
+    environment_map::{EnvironmentCube, cube_image},
+};
 use bevy::{
     asset::RenderAssetUsages,
     camera::{
@@ -24,14 +27,14 @@ use std::f32::consts::FRAC_PI_2;
 /// camera for the engine: [`faces_per_frame`](Self::faces_per_frame) bounds the cost.
 ///
 /// What should not see itself, such as a mirror in whose middle the probe is, is kept out by [`RenderLayers`] on this entity:
-/// they are those of the faces. The same goes for [phantoms](crate::stage::PhantomObject), which show what the main camera sees
+/// they are those of the faces. The same goes for [phantoms](crate::phantom::PhantomObject), which show what the main camera sees
 /// and nothing useful in other directions; lights have to be on a layer that the faces have, too. Mirrors that the probe sees
 /// show its own last cube: light goes back and forth once per refresh, weaker each time as long as surfaces reflect less
 /// than they receive.
 ///
 /// ```
 /// use bevy::prelude::*;
-/// use bevy_mirrorball::environment::SceneProbe;
+/// use bevy_mirrorball::prefilter::SceneProbe;
 ///
 /// fn setup(mut commands: Commands) {
 ///     commands.spawn((
@@ -95,7 +98,10 @@ pub struct SceneCube {
 pub(super) fn build(app: &mut App) {
     app.register_type::<SceneProbe>()
         .add_observer(take_faces_away)
-        .add_systems(PreUpdate, (set_up_faces, schedule_faces).chain().before(super::follow_sources))
+        .add_systems(
+            PreUpdate,
+            (set_up_faces, schedule_faces).chain().before(super::follow_sources).in_set(MirrorballSystems::Follow),
+        )
         .add_systems(
             PostUpdate,
             place_faces.after(TransformSystems::Propagate).before(VisibilitySystems::UpdateFrusta),

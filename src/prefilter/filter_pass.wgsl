@@ -3,7 +3,7 @@
 //
 // Definitions: INNER_TAPS, MIDDLE_TAPS, OUTER_TAPS for `glossy_taps`; COPIES for a `halve` that copies the source, too.
 
-#import bevy_mirrorball::sky::cubemap::{
+#import bevy_mirrorball::environment_map::cubemap::{
     FaceTexel, edge_without_padding, face_direction, face_position, face_vector, is_own_texel, is_padding_corner, padded_place,
     padded_texel, padded_uv, place_of, relative_angle, sample_faces, texels_at_corner,
 }

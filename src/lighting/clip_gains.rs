@@ -1,0 +1,22 @@
+//! What the recovery of clipped light hands to the unwrap pass.
+
+use bevy::prelude::*;
+use std::sync::Arc;
+
+/// Gain on clipped light by direction, on the entity of a probe; replaces the one gain of its measurement.
+#[derive(Component, Clone)]
+pub(crate) struct ClipGains(pub(crate) Arc<Vec<Vec4>>);
+
+impl ClipGains {
+    /// Cells along an edge of the cube of gains, in the order of [`cube_directions`](crate::environment_map::cube_directions); as in the shader.
+    pub(crate) const EDGE: u32 = 32;
+    /// Number of gains.
+    pub(crate) const COUNT: usize = 6 * (Self::EDGE * Self::EDGE) as usize;
+}
+
+/// A list is never changed in place: the same list is equal, another one is news.
+impl PartialEq for ClipGains {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
