@@ -67,7 +67,7 @@ pub(crate) fn can_draw(app: &App, needs: &Needs) -> bool {
 }
 
 /// Whether the driver places the samples of a pixel mirrored from left to right, against the standard places that it claims to
-/// use. SwiftShader does: depths of a slanted plane, drawn with four samples, are those of (0.625, 0.125), (0.125, 0.375),
+/// use. `SwiftShader` does: depths of a slanted plane, drawn with four samples, are those of (0.625, 0.125), (0.125, 0.375),
 /// (0.875, 0.625) and (0.375, 0.875).
 pub(crate) fn mirrors_samples(app: &App) -> bool {
     app.world().get_resource::<RenderAdapterInfo>().is_some_and(|adapter| adapter.name.contains("SwiftShader"))

@@ -92,7 +92,7 @@ impl Scene {
         Picture { green: bytes.chunks_exact(4).map(|pixel| pixel[1]).collect() }
     }
 
-    /// Whether the driver's depths of triangles smaller than a pixel are off: SwiftShader's are where a pixel has several samples.
+    /// Whether the driver's depths of triangles smaller than a pixel are off: those of `SwiftShader` are where a pixel has several samples.
     fn is_coarse(&self, msaa: Msaa) -> bool {
         msaa != Msaa::Off && self.app.world().resource::<RenderAdapterInfo>().name.contains("SwiftShader")
     }
