@@ -3,8 +3,9 @@
 use super::cube_image;
 use bevy::prelude::*;
 
-/// The environment as a cube map, on the entity of every [`LightProbeSphere`](crate::probe::LightProbeSphere), [`LightProbeCamera`](crate::probe::LightProbeCamera) and every [`ArCamera`](crate::camera::ArCamera) that a game
-/// does not light by itself; it is the same on all of them.
+/// The environment as a cube map, on the entity of every [`LightProbeSphere`](crate::probe::LightProbeSphere),
+/// [`LightProbeCamera`](crate::probe::LightProbeCamera) and every [`ArCamera`](crate::camera::ArCamera) that a game does not
+/// light by itself; it is the same on all of them.
 ///
 /// Linear camera units, world axes, 16-bit float, one mip level, edge length [`SIZE`](Self::SIZE). Alpha is the confidence, 0…1: pixels
 /// of the picture per texel (along an edge, at most 1) where a direction is seen, less with age where it was seen earlier, 0.001 where

@@ -8,7 +8,8 @@ use std::sync::Arc;
 pub(crate) struct ClipGains(pub(crate) Arc<Vec<Vec4>>);
 
 impl ClipGains {
-    /// Cells along an edge of the cube of gains, in the order of [`cube_directions`](crate::environment_map::cube_directions); as in the shader.
+    /// Cells along an edge of the cube of gains, as in the shader; in the order of
+    /// [`cube_directions`](crate::environment_map::cube_directions).
     pub(crate) const EDGE: u32 = 32;
     /// Number of gains.
     pub(crate) const COUNT: usize = 6 * (Self::EDGE * Self::EDGE) as usize;

@@ -29,7 +29,8 @@
 //!
 //! # More than light from afar
 //! A [`SceneProbe`] makes a source of the virtual scene itself, over the measured room. [`DeskParallax`] lets a probe mirror
-//! the part of the desk that is under it. [`CubePixels::harmonics`](crate::environment_map::CubePixels::harmonics) is an environment in nine numbers for code on the CPU.
+//! the part of the desk that is under it. [`CubePixels::harmonics`](crate::environment_map::CubePixels::harmonics)
+//! is an environment in nine numbers for code on the CPU.
 //!
 //! # Files
 //! Radiance and OpenEXR files become light, and measured light becomes a file:

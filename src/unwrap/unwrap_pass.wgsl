@@ -9,7 +9,7 @@
 #import bevy_mirrorball::environment_map::cubemap::face_direction
 #import bevy_mirrorball::trigonometry::{angle_of, unit_vector}
 
-/// Mirror of `UnwrapUniform` in unwrap_pass.rs.
+/// Mirror of `UnwrapUniform` in extract.rs.
 struct Unwrap {
     ball: Ball,
     /// Rotation from world to camera space.
