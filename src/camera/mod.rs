@@ -40,6 +40,7 @@ mod frame;
 mod image_feed;
 mod intrinsics;
 mod poll;
+mod posed_frame;
 mod projection;
 mod source;
 mod upload;
@@ -58,6 +59,7 @@ pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOpt
 
 pub(crate) use image_feed::unpad_rows;
 pub(crate) use poll::{ArrivingFrame, PicturesAwaitTracking};
+pub(crate) use posed_frame::PosedFrame;
 
 use crate::MirrorballSystems;
 use bevy::{

@@ -1,9 +1,10 @@
 //! Two cameras, one paper: how their exposures and white balances differ.
 
 use super::{
-    desk_picture::{DeskPicture, Shot},
+    desk_picture::DeskPicture,
     meter::{Paper, brightness, paper_points},
 };
+use crate::camera::PosedFrame;
 use bevy::prelude::*;
 
 /// What the pictures of a second camera have to be multiplied with to look like the first one's; for the entity of the second.
@@ -31,18 +32,18 @@ const LEAST_POINTS: usize = 8;
 /// balances. Papers are paired in the order of [`DeskPicture::papers`]. `None` if too little of them is seen by both, or what is
 /// seen is clipped.
 pub fn match_cameras(reference: &DeskPicture, second: &DeskPicture) -> Option<CameraMatch> {
-    compare_papers((reference.shot(), &reference.papers), (second.shot(), &second.papers), 0.0)
+    compare_papers((reference.posed_frame(), &reference.papers), (second.posed_frame(), &second.papers), 0.0)
 }
 
 /// Compares pictures by the papers in them. Paper that is not brighter than `darkest` in each channel does not count.
 pub(super) fn compare_papers(
-    (reference, ours): (Shot, &[Paper]),
-    (second, theirs): (Shot, &[Paper]),
+    (reference, ours): (PosedFrame, &[Paper]),
+    (second, theirs): (PosedFrame, &[Paper]),
     darkest: f32,
 ) -> Option<CameraMatch> {
-    let radiance = |shot: &Shot, pos_world: Vec3| {
-        let pixel = shot.intrinsics.project(shot.camera_from_world.transform_point3(pos_world))?;
-        brightness(shot.frame, pixel).filter(|radiance| radiance.is_finite() && radiance.min_element() > darkest)
+    let radiance = |posed: &PosedFrame, pos_world: Vec3| {
+        let pixel = posed.project(pos_world)?;
+        brightness(posed.frame, pixel).filter(|radiance| radiance.is_finite() && radiance.min_element() > darkest)
     };
     let ratios: Vec<Vec3> = paper_points(ours)
         .iter()

@@ -3,13 +3,16 @@
 
 use super::{
     camera_match::compare_papers,
-    desk_picture::{DeskPicture, Shot},
+    desk_picture::DeskPicture,
     meter::MirrorBall,
     ray_cast::sphere_is_hit,
     regions::{Region, neighbors_of},
-    sky::{BallPicture, SKY_EDGE, SkyCell},
+    sky::{BallInFrame, SKY_EDGE, SkyCell},
 };
-use crate::probe::{BallView, EDGE_MARGIN_PIXELS};
+use crate::{
+    camera::PosedFrame,
+    probe::{BallView, EDGE_MARGIN_PIXELS},
+};
 use bevy::{math::DVec3, prelude::*};
 
 /// What a darker view says of a piece of the sky that the picture shows clipped: radiance · steradian per channel.
@@ -48,9 +51,10 @@ const DARKEST_PAPER: f32 = 0.003;
 /// Reads the clipped pieces of the sky in all views that are darker.
 pub(super) fn read_darker_views(picture: &DeskPicture, sky: &[SkyCell], regions: &[Region]) -> Vec<DarkReading> {
     let balls = picture.balls();
-    let shots = std::iter::once(picture.shot()).chain(picture.shorter_shots().filter(|shot| fits(picture, shot)));
-    let views = shots
-        .flat_map(|shot| balls.iter().enumerate().map(move |(i, ball)| DarkerView { shot, ball, is_first: i == 0 }));
+    let frames =
+        std::iter::once(picture.posed_frame()).chain(picture.bracketed_frames().filter(|posed| fits(picture, posed)));
+    let views = frames
+        .flat_map(|posed| balls.iter().enumerate().map(move |(i, ball)| DarkerView { posed, ball, is_first: i == 0 }));
     let readings = views.filter(|view| view.is_darker(picture)).flat_map(|view| view.read(picture, sky, regions));
     best(readings.collect())
 }
@@ -69,14 +73,16 @@ fn best(readings: Vec<DarkReading>) -> Vec<DarkReading> {
 }
 
 /// Whether the paper says that the light is the same and the exposure is what is said; no paper says nothing.
-fn fits(picture: &DeskPicture, shot: &Shot) -> bool {
-    let Some(paper) = compare_papers((picture.shot(), &picture.papers), (*shot, &picture.papers), DARKEST_PAPER) else {
+fn fits(picture: &DeskPicture, posed: &PosedFrame) -> bool {
+    let Some(paper) =
+        compare_papers((picture.posed_frame(), &picture.papers), (*posed, &picture.papers), DARKEST_PAPER)
+    else {
         return true;
     };
-    let mismatch = paper.gain * shot.exposure;
+    let mismatch = paper.gain * posed.exposure;
     let fits = mismatch.max_element() <= MOST_MISMATCH && mismatch.min_element() >= 1.0 / MOST_MISMATCH;
     if !fits {
-        debug!("a shorter exposure of {} is ignored: its paper is {mismatch} times too dark", shot.exposure);
+        debug!("a shorter exposure of {} is ignored: its paper is {mismatch} times too dark", posed.exposure);
     }
     fits
 }
@@ -111,7 +117,7 @@ fn in_place(sky: &[SkyCell], regions: &[Region]) -> Vec<Option<(usize, Vec3)>> {
 
 /// A ball in a picture.
 struct DarkerView<'a> {
-    shot: Shot<'a>,
+    posed: PosedFrame<'a>,
     ball: &'a MirrorBall,
     /// Whether it is the ball that shows the sky.
     is_first: bool,
@@ -119,7 +125,7 @@ struct DarkerView<'a> {
 
 impl DarkerView<'_> {
     fn sensitivity(&self) -> f32 {
-        self.shot.exposure * self.ball.reflectance
+        self.posed.exposure * self.ball.reflectance
     }
 
     fn is_darker(&self, picture: &DeskPicture) -> bool {
@@ -129,11 +135,11 @@ impl DarkerView<'_> {
     }
 
     fn read(&self, picture: &DeskPicture, sky: &[SkyCell], regions: &[Region]) -> Vec<DarkReading> {
-        let Self { shot, ball, .. } = self;
-        let Some(view) = BallView::new(shot.camera_from_world.transform_point3(ball.center), ball.radius) else {
+        let Self { posed, ball, .. } = self;
+        let Some(view) = BallView::new(posed.camera_from_world.transform_point3(ball.center), ball.radius) else {
             return Vec::new();
         };
-        let dark = BallPicture::new(*shot, ball, &view).sky(SKY_EDGE);
+        let dark = BallInFrame::new(*posed, ball, &view).sky(SKY_EDGE);
         let is_shown = self.shown(picture, &view);
         let in_place = if self.is_first { in_place(sky, regions) } else { vec![None; sky.len()] };
         // What is brighter than white in the darker view is what the bright one clips; lamps that are near stand elsewhere in it.
@@ -178,8 +184,8 @@ impl DarkerView<'_> {
     /// Whether the ball shows a direction to the camera, past its own rim and the other balls.
     fn shown(&self, picture: &DeskPicture, view: &BallView) -> impl Fn(Vec3) -> bool {
         let ball = *self.ball;
-        let edge_angle = view.edge_angle(&self.shot.intrinsics, EDGE_MARGIN_PIXELS);
-        let eye: Vec3 = self.shot.camera_from_world.inverse().translation.into();
+        let edge_angle = view.edge_angle(&self.posed.intrinsics, EDGE_MARGIN_PIXELS);
+        let eye: Vec3 = self.posed.camera_from_world.inverse().translation.into();
         let to_camera = (eye - ball.center).normalize_or_zero();
         let others: Vec<MirrorBall> = picture.balls().into_iter().filter(|other| other.center != ball.center).collect();
         move |dir| {

@@ -7,7 +7,7 @@ use super::{
     solved_light::SolvedLight,
     triangulate::triangulate,
 };
-use crate::camera::{FramePixels, Intrinsics};
+use crate::camera::{FramePixels, Intrinsics, PosedFrame};
 use bevy::{math::Affine3A, prelude::*};
 use std::sync::Arc;
 
@@ -64,16 +64,6 @@ impl ShorterExposure {
     }
 }
 
-/// A picture and the camera that took it.
-#[derive(Clone, Copy)]
-pub(super) struct Shot<'a> {
-    pub frame: &'a FramePixels,
-    pub intrinsics: Intrinsics,
-    pub camera_from_world: Affine3A,
-    /// Light it got, the main picture's being 1.
-    pub exposure: f32,
-}
-
 impl DeskPicture {
     /// The lights of a solution for this picture, strongest first: [`SolvedLight::lights`] with the places that a second ball tells of.
     pub fn lights(&self, solved: &SolvedLight) -> Vec<FoundLight> {
@@ -88,15 +78,15 @@ impl DeskPicture {
     }
 
     /// The main picture.
-    pub(super) fn shot(&self) -> Shot<'_> {
+    pub(super) fn posed_frame(&self) -> PosedFrame<'_> {
         let Self { frame, intrinsics, camera_from_world, .. } = self;
-        Shot { frame, intrinsics: *intrinsics, camera_from_world: *camera_from_world, exposure: 1.0 }
+        PosedFrame { frame, intrinsics: *intrinsics, camera_from_world: *camera_from_world, exposure: 1.0 }
     }
 
     /// The pictures that got less light.
-    pub(super) fn shorter_shots(&self) -> impl Iterator<Item = Shot<'_>> {
+    pub(super) fn bracketed_frames(&self) -> impl Iterator<Item = PosedFrame<'_>> {
         let usable = self.shorter_exposures.iter().filter(|shorter| shorter.exposure > 0.0 && shorter.exposure < 1.0);
-        usable.map(|shorter| Shot {
+        usable.map(|shorter| PosedFrame {
             frame: &shorter.frame,
             intrinsics: self.intrinsics.scaled_to(shorter.frame.size),
             camera_from_world: shorter.camera_from_world.unwrap_or(self.camera_from_world),

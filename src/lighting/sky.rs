@@ -1,8 +1,9 @@
 //! The ball's picture as a cube of small cells, with what of each cell the camera clipped.
 
 use super::ClipGains;
-use super::{desk_picture::Shot, meter::MirrorBall};
+use super::meter::MirrorBall;
 use crate::{
+    camera::PosedFrame,
     environment_map::cube_directions,
     probe::{BallSurface, BallView, EDGE_MARGIN_PIXELS, gain_limits},
 };
@@ -77,23 +78,23 @@ impl SurfacePoints {
 
 /// Where a ball is looked at.
 #[derive(Clone, Copy)]
-pub(super) struct BallPicture<'a> {
-    pub shot: Shot<'a>,
+pub(super) struct BallInFrame<'a> {
+    pub posed: PosedFrame<'a>,
     pub ball: &'a BallView,
     /// Share of light the ball mirrors, perpendicular to it.
     pub reflectance: f32,
     pub surface: BallSurface,
 }
 
-impl<'a> BallPicture<'a> {
-    pub(super) fn new(shot: Shot<'a>, ball: &MirrorBall, view: &'a BallView) -> Self {
-        Self { shot, ball: view, reflectance: ball.reflectance, surface: ball.surface }
+impl<'a> BallInFrame<'a> {
+    pub(super) fn new(posed: PosedFrame<'a>, ball: &MirrorBall, view: &'a BallView) -> Self {
+        Self { posed, ball: view, reflectance: ball.reflectance, surface: ball.surface }
     }
 
     /// The sky in cells, in the order of [`cube_directions`].
     pub(super) fn sky(&self, edge: u32) -> Vec<SkyCell> {
         const SUBSAMPLES: u32 = 2;
-        let edge_angle = self.ball.edge_angle(&self.shot.intrinsics, EDGE_MARGIN_PIXELS);
+        let edge_angle = self.ball.edge_angle(&self.posed.intrinsics, EDGE_MARGIN_PIXELS);
         let points = SurfacePoints::new(self.ball, edge_angle);
         cube_directions(edge)
             .map(|(dir_world, solid_angle)| {
@@ -106,9 +107,9 @@ impl<'a> BallPicture<'a> {
                         - 0.5 * (SUBSAMPLES - 1) as f32)
                         * step;
                     let dir = (dir_world + across.x * right + across.y * up).normalize();
-                    let dir_camera = self.shot.camera_from_world.transform_vector3(dir);
+                    let dir_camera = self.posed.camera_from_world.transform_vector3(dir);
                     let point = points.at(dir_camera);
-                    if let Some(pixel) = self.shot.intrinsics.project(point) {
+                    if let Some(pixel) = self.posed.intrinsics.project(point) {
                         let share = 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32;
                         self.add_bilinear(&mut cell, &mut limits, pixel, share / self.sensitivity_at(point));
                     }
@@ -123,7 +124,7 @@ impl<'a> BallPicture<'a> {
 
     /// Radiance towards a direction with clipped light taken for white; `None` where the ball does not show it.
     pub(super) fn radiance(&self, dir_world: Vec3, edge_angle: f32) -> Option<Vec3> {
-        let dir_camera = self.shot.camera_from_world.transform_vector3(dir_world);
+        let dir_camera = self.posed.camera_from_world.transform_vector3(dir_world);
         if (-self.ball.center_camera).angle_between(dir_camera) > edge_angle {
             return None;
         }
@@ -132,7 +133,7 @@ impl<'a> BallPicture<'a> {
         self.add_bilinear(
             &mut cell,
             &mut limits,
-            self.shot.intrinsics.project(point)?,
+            self.posed.intrinsics.project(point)?,
             1.0 / self.sensitivity_at(point),
         );
         Some(cell.seen)
@@ -146,16 +147,11 @@ impl<'a> BallPicture<'a> {
 
     /// What the picture shows of a radiance of 1 by way of a point of the ball.
     fn sensitivity_at(&self, point_camera: Vec3) -> f32 {
-        self.shot.exposure * self.reflectance_at(point_camera)
+        self.posed.exposure * self.reflectance_at(point_camera)
     }
 
     fn add_bilinear(&self, cell: &mut SkyCell, limits: &mut Vec3, pixel: Vec2, weight: f32) {
-        let corner = (pixel - 0.5).floor();
-        let t = pixel - 0.5 - corner;
-        let (x, y) = (corner.x as i32, corner.y as i32);
-        let shares = [(1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y];
-        for (share, (dx, dy)) in shares.into_iter().zip([(0, 0), (1, 0), (0, 1), (1, 1)]) {
-            let value = self.shot.frame.linear(x + dx, y + dy);
+        for (share, value) in self.posed.bilinear(pixel) {
             let part = weight * share * value;
             cell.seen += part;
             for (c, limit) in gain_limits(value).into_iter().enumerate() {

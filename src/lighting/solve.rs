@@ -8,7 +8,7 @@ use super::{
     near_light::KnownPlaces,
     ray_cast::PhantomSolid,
     regions::clipped_regions,
-    sky::{BallPicture, SKY_EDGE, SkyCell},
+    sky::{BallInFrame, SKY_EDGE, SkyCell},
     solved_light::{SolvedLight, SolvedRegion, spread_gains},
 };
 use crate::probe::BallView;
@@ -31,7 +31,7 @@ const TRACE_ANEW: f32 = 0.05;
 /// `None` if the ball or every sheet of paper is out of view.
 pub fn solve_light(picture: &DeskPicture, cache: &mut SolverCache) -> Option<SolvedLight> {
     let view = BallView::new(picture.camera_from_world.transform_point3(picture.ball.center), picture.ball.radius)?;
-    let sky = BallPicture::new(picture.shot(), &picture.ball, &view).sky(SKY_EDGE);
+    let sky = BallInFrame::new(picture.posed_frame(), &picture.ball, &view).sky(SKY_EDGE);
     let up_world = picture.papers.first()?.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
     let regions = clipped_regions(&sky, up_world);
     cache.prepare(picture, &sky);
@@ -42,7 +42,7 @@ pub fn solve_light(picture: &DeskPicture, cache: &mut SolverCache) -> Option<Sol
 /// The sky of a picture in which nothing tells how bright clipped light is: it counts as white, times a gain by the cosine to `up_world`.
 pub(super) fn unsolved_light(picture: &DeskPicture, gain: Vec3, up_world: Vec3) -> Option<SolvedLight> {
     let view = BallView::new(picture.camera_from_world.transform_point3(picture.ball.center), picture.ball.radius)?;
-    let sky = BallPicture::new(picture.shot(), &picture.ball, &view).sky(SKY_EDGE);
+    let sky = BallInFrame::new(picture.posed_frame(), &picture.ball, &view).sky(SKY_EDGE);
     let gains = sky.iter().map(|cell| 1.0 + (gain - 1.0) * cell.dir_world.dot(up_world).max(0.0)).collect();
     Some(SolvedLight { gains, sky, ..default() })
 }

@@ -8,7 +8,7 @@ use super::{
     desk_picture::DeskPicture,
     find::FoundLight,
     regions::{Region, connected},
-    sky::{BallPicture, SKY_EDGE},
+    sky::{BallInFrame, SKY_EDGE},
 };
 use crate::probe::{BallView, EDGE_MARGIN_PIXELS};
 use bevy::prelude::*;
@@ -71,7 +71,7 @@ fn bright_directions(picture: &DeskPicture, ball: &MirrorBall) -> Vec<Vec3> {
     let Some(view) = BallView::new(picture.camera_from_world.transform_point3(ball.center), ball.radius) else {
         return Vec::new();
     };
-    let sky = BallPicture::new(picture.shot(), ball, &view).sky(SKY_EDGE);
+    let sky = BallInFrame::new(picture.posed_frame(), ball, &view).sky(SKY_EDGE);
     let white = 0.95 / picture.ball.reflectance.max(ball.reflectance);
     let bright: Vec<usize> = (0..sky.len()).filter(|&i| sky[i].seen.max_element() >= white).collect();
     let weight = |i: usize| sky[i].solid_angle;
@@ -107,7 +107,7 @@ fn meet(a: Image, b: Image) -> Option<Meeting> {
 /// The middle of what is brighter than white about a direction.
 fn image_near(picture: &DeskPicture, ball: &MirrorBall, dir_world: Vec3, reach: f32) -> Option<Image> {
     let view = BallView::new(picture.camera_from_world.transform_point3(ball.center), ball.radius)?;
-    let ball_picture = BallPicture::new(picture.shot(), ball, &view);
+    let ball_picture = BallInFrame::new(picture.posed_frame(), ball, &view);
     let edge_angle = view.edge_angle(&picture.intrinsics, EDGE_MARGIN_PIXELS);
     let white = 0.98 / picture.ball.reflectance;
     let steps = (reach / STEP).ceil() as i32;

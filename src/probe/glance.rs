@@ -1,7 +1,7 @@
 //! A coarse look at the ball on the CPU: how much of the surroundings it shows now, and how they have changed.
 
-use super::{BallView, measure::Observer, solids::Surroundings};
-use crate::environment_map::cube_directions;
+use super::{BallView, solids::Surroundings};
+use crate::{camera::PosedFrame, environment_map::cube_directions};
 use bevy::prelude::*;
 use std::{f32::consts::PI, sync::Arc, time::Duration};
 
@@ -36,25 +36,26 @@ pub(crate) struct Glance {
 impl Glance {
     pub(super) fn take(
         &self,
-        observer: &Observer,
+        posed: &PosedFrame,
+        captured: Duration,
         ball: &BallView,
         edge_angle: f32,
         surroundings: &Arc<Surroundings>,
     ) -> Self {
         let axis = -ball.center_camera.normalize();
-        let size = observer.frame.size.as_vec2();
+        let size = posed.frame.size.as_vec2();
         let mut seen_share = 0.0;
         let cells: Vec<(Vec3, f32)> = cube_directions(EDGE)
             .map(|(dir_world, solid_angle)| {
-                let dir = observer.camera_from_world.transform_vector3(dir_world);
+                let dir = posed.camera_from_world.transform_vector3(dir_world);
                 let point = ball.surface_point(dir, edge_angle);
-                let Some(pixel) = observer.intrinsics.project(point) else { return (Vec3::ZERO, 0.0) };
+                let Some(pixel) = posed.intrinsics.project(point) else { return (Vec3::ZERO, 0.0) };
                 let inset = pixel.min(size - pixel).min_element() / SOFT_PIXELS;
-                let margin = SOFT_PIXELS * -point.z / observer.intrinsics.focal.x;
+                let margin = SOFT_PIXELS * -point.z / posed.intrinsics.focal.x;
                 let is_shown = axis.dot(dir) > edge_angle.cos();
                 let seen = if is_shown { inset.clamp(0.0, 1.0) * surroundings.view_of(point, margin) } else { 0.0 };
                 seen_share += seen * solid_angle / (4.0 * PI);
-                (observer.frame.linear(pixel.x as i32, pixel.y as i32), seen)
+                (posed.frame.linear(pixel.x as i32, pixel.y as i32), seen)
             })
             .collect();
         let (mut before, mut now, mut difference) = (Vec3::splat(1e-3), Vec3::splat(1e-3), 0.0);
@@ -69,7 +70,7 @@ impl Glance {
         let is_steady = (scale - 1.0).abs().max_element() < NOISE;
         Self {
             cells,
-            captured: observer.captured,
+            captured,
             scale: if is_steady { Vec3::ONE } else { scale },
             change: (difference / before.max(now).element_sum() - NOISE).max(0.0),
             seen_share,

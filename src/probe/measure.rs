@@ -7,7 +7,7 @@ use super::{
     solids::{Surroundings, solids_of},
 };
 use crate::{
-    camera::{ArCamera, CameraFrame, FramePixels, Intrinsics},
+    camera::{ArCamera, CameraFrame, FramePixels, PosedFrame},
     phantom::StageRole,
     tracking::{MarkerAnchor, MarkerTracking},
 };
@@ -118,20 +118,14 @@ pub(super) fn measure_probes(
             continue;
         }
         let started = Instant::now();
-        let observer = Observer {
-            camera,
-            frame: &frame.pixels,
-            captured: frame.captured,
-            intrinsics: &intrinsics,
-            camera_from_world,
-            seen_marker,
-        };
+        let posed = PosedFrame { frame: &frame.pixels, intrinsics, camera_from_world, exposure: 1.0 };
+        let observer = Observer { camera, posed, seen_marker };
         let mut measured =
             observer.measure(&probe, &clip_recovery, center_camera, uniform_sky.as_deref(), measurement.gain);
         if let (true, Some(view), Some(ball)) =
             (measured.is_in_view, &measured.view, BallView::new(center_camera, probe.radius))
         {
-            *glance = glance.take(&observer, &ball, view.edge_angle, &Arc::new(surroundings));
+            *glance = glance.take(&posed, frame.captured, &ball, view.edge_angle, &Arc::new(surroundings));
             measured.seen_share = glance.seen_share;
         }
         let measured = ProbeMeasurement {
@@ -148,12 +142,9 @@ pub(super) fn measure_probes(
     }
 }
 
-pub(super) struct Observer<'a> {
+struct Observer<'a> {
     camera: Entity,
-    pub(super) frame: &'a FramePixels,
-    pub(super) captured: Duration,
-    pub(super) intrinsics: &'a Intrinsics,
-    pub(super) camera_from_world: Affine3A,
+    posed: PosedFrame<'a>,
     seen_marker: Option<(Affine3A, f32)>,
 }
 
@@ -167,44 +158,36 @@ impl Observer<'_> {
         last_gain: Vec3,
     ) -> ProbeMeasurement {
         let mut measured = ProbeMeasurement { gain: Vec3::ONE, ..default() };
+        let PosedFrame { frame, intrinsics, camera_from_world, .. } = self.posed;
         let Some(ball) = BallView::new(center_camera, probe.radius) else {
             return measured;
         };
-        measured.outline = ball.outline(self.intrinsics);
-        let share = visible_share(&measured.outline, self.frame.size);
-        measured.is_in_view =
-            ball.radius_pixels(self.intrinsics) >= LEAST_RADIUS_PIXELS && share >= LEAST_VISIBLE_SHARE;
+        measured.outline = ball.outline(&intrinsics);
+        let share = visible_share(&measured.outline, frame.size);
+        measured.is_in_view = ball.radius_pixels(&intrinsics) >= LEAST_RADIUS_PIXELS && share >= LEAST_VISIBLE_SHARE;
         if !measured.is_in_view {
             return measured;
         }
         let reflectance = probe.reflectance.clamp(0.01, 1.0);
-        measured.clipped_share = clipped_share(self.frame, &measured.outline);
-        measured.paper = self
-            .seen_marker
-            .and_then(|(pose, size)| recovery::paper_radiance(self.frame, self.intrinsics, &pose, size));
+        measured.clipped_share = clipped_share(frame, &measured.outline);
+        measured.paper =
+            self.seen_marker.and_then(|(pose, size)| recovery::paper_radiance(frame, &intrinsics, &pose, size));
         let up_camera = self.seen_marker.map(|(pose, _)| pose.transform_vector3(Vec3::Y).normalize());
         if let (true, Some(paper), Some(up_camera)) = (clip_recovery.is_enabled, measured.paper, up_camera) {
-            let view = PaperAndBall {
-                frame: self.frame,
-                intrinsics: self.intrinsics,
-                ball: &ball,
-                reflectance,
-                camera_from_world: &self.camera_from_world,
-                normal_camera: up_camera,
-            };
+            let view = PaperAndBall { posed: self.posed, ball: &ball, reflectance, normal_camera: up_camera };
             let is_whole = share >= LEAST_SHARE_FOR_GAIN;
             measured.gain = if is_whole { view.gain(paper, clip_recovery) } else { last_gain.max(Vec3::ONE) };
         }
         let gray = |paper: Vec3| Vec3::splat(paper.element_sum() / (3.0 * clip_recovery.paper_reflectance));
         measured.view = Some(ProbeView {
             camera: self.camera,
-            camera_from_world: self.camera_from_world.matrix3.into(),
+            camera_from_world: camera_from_world.matrix3.into(),
             center_camera,
             radius: probe.radius,
             reflectance,
-            edge_angle: ball.edge_angle(self.intrinsics, recovery::EDGE_MARGIN_PIXELS),
-            focal: self.intrinsics.focal,
-            center: self.intrinsics.center,
+            edge_angle: ball.edge_angle(&intrinsics, recovery::EDGE_MARGIN_PIXELS),
+            focal: intrinsics.focal,
+            center: intrinsics.center,
             gain: measured.gain,
             up_camera: up_camera.unwrap_or_default(),
             uniform_radiance: uniform_sky.map(|sky| sky.radiance.or(measured.paper.map(gray)).unwrap_or(Vec3::ONE)),

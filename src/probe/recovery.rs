@@ -1,7 +1,7 @@
 //! How much brighter than white the clipped pixels of a ball are, from the brightness of the marker's paper.
 
 use super::BallView;
-use crate::camera::{FramePixels, Intrinsics, srgb_to_linear};
+use crate::camera::{FramePixels, Intrinsics, PosedFrame, srgb_to_linear};
 use crate::environment_map::cube_directions;
 use bevy::{math::Affine3A, prelude::*};
 use std::f32::consts::PI;
@@ -92,12 +92,10 @@ impl Irradiance {
 
 /// Where the recovery looks.
 pub(super) struct PaperAndBall<'a> {
-    pub(super) frame: &'a FramePixels,
-    pub(super) intrinsics: &'a Intrinsics,
+    pub(super) posed: PosedFrame<'a>,
     pub(super) ball: &'a BallView,
     /// Share of light the ball mirrors.
     pub(super) reflectance: f32,
-    pub(super) camera_from_world: &'a Affine3A,
     /// Normal of the paper, camera space.
     pub(super) normal_camera: Vec3,
 }
@@ -112,16 +110,16 @@ impl PaperAndBall<'_> {
 
     /// Cosine-weighted sum over the hemisphere about the paper's normal of what the ball shows.
     fn irradiance(&self) -> [Irradiance; 3] {
-        let edge_angle = self.ball.edge_angle(self.intrinsics, EDGE_MARGIN_PIXELS);
+        let edge_angle = self.ball.edge_angle(&self.posed.intrinsics, EDGE_MARGIN_PIXELS);
         let mut channels = [const { Irradiance { as_seen: 0.0, clipped: Vec::new() } }; 3];
         for (dir_world, solid_angle) in cube_directions(CUBE_EDGE) {
-            let dir_camera = self.camera_from_world.transform_vector3(dir_world);
+            let dir_camera = self.posed.camera_from_world.transform_vector3(dir_world);
             let cosine = self.normal_camera.dot(dir_camera);
             if cosine <= 0.0 {
                 continue;
             }
             let weight = cosine * solid_angle / (PI * self.reflectance);
-            if let Some(pixel) = self.intrinsics.project(self.ball.surface_point(dir_camera, edge_angle)) {
+            if let Some(pixel) = self.posed.intrinsics.project(self.ball.surface_point(dir_camera, edge_angle)) {
                 self.add_bilinear(&mut channels, pixel, weight, cosine);
             }
         }
@@ -132,12 +130,7 @@ impl PaperAndBall<'_> {
     }
 
     fn add_bilinear(&self, channels: &mut [Irradiance; 3], pixel: Vec2, weight: f32, cosine: f32) {
-        let corner = (pixel - 0.5).floor();
-        let t = pixel - 0.5 - corner;
-        let (x, y) = (corner.x as i32, corner.y as i32);
-        let shares = [(1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y];
-        for (share, (dx, dy)) in shares.into_iter().zip([(0, 0), (1, 0), (0, 1), (1, 1)]) {
-            let value = self.frame.linear(x + dx, y + dy);
+        for (share, value) in self.posed.bilinear(pixel) {
             let limits = gain_limits(value);
             for (c, channel) in channels.iter_mut().enumerate() {
                 let part = weight * share * value[c];
@@ -250,11 +243,14 @@ mod tests {
         let frame = FramePixels::new(size, [188, 188, 188, 255].repeat(40_000)).expect("fits");
         let ball = BallView::new(Vec3::new(0.0, 0.0, -0.5), 0.05).expect("in front");
         let view = PaperAndBall {
-            frame: &frame,
-            intrinsics: &Intrinsics::from_horizontal_fov(size, 0.4),
+            posed: PosedFrame {
+                frame: &frame,
+                intrinsics: Intrinsics::from_horizontal_fov(size, 0.4),
+                camera_from_world: Affine3A::IDENTITY,
+                exposure: 1.0,
+            },
             ball: &ball,
             reflectance: 0.5,
-            camera_from_world: &Affine3A::IDENTITY,
             normal_camera: Vec3::Y,
         };
         for channel in view.irradiance() {
