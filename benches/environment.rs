@@ -10,9 +10,9 @@
 //! roughness. `--directions N` compares at 6·N² directions (defaults to 16, 0 leaves that out), `--blocks N`
 //! measures that many pairs of blocks (0: none).
 
-#[path = "../tests/filter_truth/mod.rs"]
+#[path = "../tests/environment/filter_truth.rs"]
 mod filter_truth;
-#[path = "../tests/shared_data/mod.rs"]
+#[path = "../tests/support/shared_data.rs"]
 mod shared_data;
 
 use bevy::{

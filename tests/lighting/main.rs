@@ -1,0 +1,20 @@
+//! The light of the real room: what balls, lenses and fallbacks give, and the lights solved from it.
+
+#[path = "../support/cubes.rs"]
+mod cubes;
+mod darker_views;
+#[path = "../support/gpu.rs"]
+mod gpu;
+mod lights;
+mod map_view;
+#[cfg(feature = "apriltag")]
+mod measuring;
+mod probe;
+mod probe_sources;
+#[path = "../support/shared_data.rs"]
+mod shared_data;
+mod solved;
+mod sphere;
+mod traced_desk;
+mod truth;
+mod unwrap_truth;

@@ -1,0 +1,20 @@
+//! What comes in and where it is: camera feeds, the frame behind the scene, markers and poses, authored scenes.
+
+mod authoring;
+mod background;
+#[cfg(feature = "apriltag")]
+mod desk_clip;
+mod feeds;
+mod follow;
+#[path = "../support/gpu.rs"]
+mod gpu;
+#[cfg(feature = "apriltag")]
+mod pose_truth;
+#[cfg(feature = "apriltag")]
+mod print;
+#[cfg(feature = "apriltag")]
+mod rendered_tags;
+#[path = "../support/shared_data.rs"]
+mod shared_data;
+#[cfg(feature = "webcam")]
+mod webcam;
