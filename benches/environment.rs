@@ -12,6 +12,8 @@
 
 #[path = "../tests/environment/filter_truth.rs"]
 mod filter_truth;
+#[path = "../tests/support/radiance_cube.rs"]
+mod radiance_cube;
 #[path = "../tests/support/shared_data.rs"]
 mod shared_data;
 
@@ -80,7 +82,7 @@ fn app<B: Bundle>(edge: usize, texels: &[DVec3], light: impl FnOnce(Handle<Image
     let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
         app.add_plugins(PrefilterPlugin);
     })?;
-    let source = app.world_mut().resource_mut::<Assets<Image>>().add(filter_truth::cube(edge, texels));
+    let source = app.world_mut().resource_mut::<Assets<Image>>().add(radiance_cube::cube_image(edge, texels));
     let entity = app.world_mut().spawn((LightProbe::default(), Transform::default(), light(source))).id();
     for _ in 0..WARM_UP {
         frame(&mut app);
@@ -156,7 +158,7 @@ fn main() -> Outcome<()> {
     let mut csv = "map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam\n".to_owned();
     let mut generator_ms = None;
     for &size in sizes {
-        let texels = filter_truth::texels(size, filter_truth::two_suns);
+        let texels = radiance_cube::texels(size, filter_truth::two_suns);
         let (mut ours, _) = app(size, &texels, LiveEnvironment::new)?;
         let (mut bevy, _) =
             app(size, &texels, |environment_map| GeneratedEnvironmentMapLight { environment_map, ..default() })?;
@@ -207,7 +209,7 @@ fn main() -> Outcome<()> {
 
 fn compare(name: &str, size: usize, radiance: Radiance, options: &Options, csv: &mut String) -> Outcome<()> {
     let directions = options.directions;
-    let texels = filter_truth::texels(size, radiance);
+    let texels = radiance_cube::texels(size, radiance);
     let truth = Truth::of(size, &texels, directions);
     let read = |(mut app, entity): (App, Entity)| -> Outcome<_> {
         let maps = app.world().get::<EnvironmentMapLight>(entity).ok_or("there are no maps")?.clone();

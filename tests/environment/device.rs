@@ -50,16 +50,9 @@ impl Scene {
 
     fn new(render: RenderPlugin) -> Option<Self> {
         let plugins = offscreen::default_plugins().set(render);
-        let mut app = match offscreen::build_app(plugins, |app| {
+        let mut app = gpu::app_with(plugins, |app| {
             app.add_plugins(MirrorballPlugins);
-        }) {
-            Ok(app) => app,
-            Err(error) if std::env::var_os("MIRRORBALL_REQUIRE_GPU").is_none() => {
-                println!("skipped: {error}");
-                return None;
-            }
-            Err(error) => panic!("{error}"),
-        };
+        })?;
         let (picture, target) = offscreen::add_target(&mut app, Self::SIZE);
         let gray = FramePixels::new(Self::SIZE, vec![150; 4 * Self::SIZE.element_product() as usize]);
         let feed = CameraFeed::pixels(gray.expect("as many bytes as the size says")).with_pace(FeedPace::Lockstep);

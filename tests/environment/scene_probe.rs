@@ -1,10 +1,9 @@
 //! The virtual scene as an environment: what a probe in its middle sees, over what is behind.
 
-use crate::cubes;
-use crate::gpu;
+use crate::{cubes, gpu, sky_cube::sky_cube};
 use bevy::{camera::visibility::RenderLayers, light::EnvironmentMapLight, prelude::*};
 use bevy_mirrorball::{
-    environment_map::{CubePixels, EquirectPixels, equirect_direction},
+    environment_map::{CubePixels, equirect_direction},
     prefilter::{EnvironmentState, PrefilterPlugin, SceneCube, SceneProbe},
 };
 
@@ -43,10 +42,7 @@ fn scene(faces_per_frame: u32) -> Option<(App, Entity)> {
     let mut app = gpu::app(|app| {
         app.add_plugins(PrefilterPlugin);
     })?;
-    let directions = (0..32 * 64).map(|i| (UVec2::new(i % 64, i / 64).as_vec2() + 0.5) / Vec2::new(64.0, 32.0));
-    let texels = directions.map(|uv| sky(equirect_direction(uv))).collect();
-    let background = EquirectPixels { size: UVec2::new(64, 32), texels }.to_cube(16, Quat::IDENTITY).to_image();
-    let background = app.world_mut().resource_mut::<Assets<Image>>().add(background);
+    let background = app.world_mut().resource_mut::<Assets<Image>>().add(sky_cube(EDGE, sky));
     for (dir, color) in BALLS {
         ball(&mut app, CENTER + dir, color, 0.3);
     }

@@ -13,6 +13,8 @@ mod probe;
 mod probe_sources;
 #[path = "../support/shared_data.rs"]
 mod shared_data;
+#[path = "../support/sky_cube.rs"]
+mod sky_cube;
 mod solved;
 mod sphere;
 mod traced_desk;

@@ -1,11 +1,10 @@
 //! Pictures of the maps that light a scene.
 
-use crate::gpu;
+use crate::{gpu, sky_cube::sky_cube};
 use bevy::prelude::*;
 use bevy_mirrorball::{
     debug::{MapView, MapViewPlugin, ShownMap},
-    environment_map::EnvironmentCube,
-    environment_map::{EquirectPixels, equirect_direction},
+    environment_map::{EnvironmentCube, equirect_direction},
     offscreen,
     prefilter::{FilteredEnvironment, LiveEnvironment, PrefilterPlugin},
 };
@@ -35,11 +34,7 @@ fn each_map_is_shown_with_its_directions_in_place() {
     }) else {
         return;
     };
-    let size = UVec2::new(256, 128);
-    let place = |i: u32| (UVec2::new(i % size.x, i / size.x).as_vec2() + 0.5) / size.as_vec2();
-    let texels = (0..size.element_product()).map(|i| sky(equirect_direction(place(i)))).collect();
-    let cube = EquirectPixels { size, texels }.to_cube(64, Quat::IDENTITY);
-    let source = app.world_mut().resource_mut::<Assets<Image>>().add(cube.to_image());
+    let source = app.world_mut().resource_mut::<Assets<Image>>().add(sky_cube(64, sky));
     let (_, target) = offscreen::add_target(&mut app, UVec2::splat(16));
     let camera = app.world_mut().spawn((Camera3d::default(), LiveEnvironment::new(source.clone()), target)).id();
     app.world_mut().spawn(EnvironmentCube(source));

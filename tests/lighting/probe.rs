@@ -36,9 +36,8 @@ const EDGE_MARGIN_PIXELS: f32 = 1.5;
 const REFLECTANCE: f32 = 0.8;
 const PAPER: f32 = 0.6;
 
-fn intrinsics() -> Intrinsics {
-    Intrinsics { focal: Vec2::new(265.0, 260.0), center: Vec2::new(112.0, 74.0), size: SIZE }
-}
+const INTRINSICS: Intrinsics =
+    Intrinsics { focal: Vec2::new(265.0, 260.0), center: Vec2::new(112.0, 74.0), size: SIZE };
 
 fn camera_pose() -> Transform {
     Transform::from_xyz(0.08, 0.22, 0.24).looking_at(Vec3::new(0.047, 0.035, 0.0), Vec3::new(0.1, 1.0, 0.0))
@@ -70,7 +69,7 @@ fn photograph(environment: fn(Vec3) -> Vec3) -> FramePixels {
     let world_from_camera = camera_pose().to_matrix().as_dmat4();
     let eye = world_from_camera.w_axis.truncate();
     let radiance = |pixel: Vec2| {
-        let ray = world_from_camera.transform_vector3(intrinsics().ray(pixel).as_dvec3()).normalize();
+        let ray = world_from_camera.transform_vector3(INTRINSICS.ray(pixel).as_dvec3()).normalize();
         let to_eye = eye - BALL.as_dvec3();
         let along = -ray.dot(to_eye);
         let discriminant = along * along - to_eye.length_squared() + f64::from(RADIUS).powi(2);
@@ -101,7 +100,7 @@ fn probing_app(environment: fn(Vec3) -> Vec3) -> Option<(App, Entity)> {
         app.add_plugins((CameraPlugin, ProbePlugin, UnwrapPlugin));
     })?;
     let feed = CameraFeed::pixels(photograph(environment)).with_pace(FeedPace::Lockstep);
-    app.world_mut().spawn((ArCamera::new(intrinsics()), camera_pose(), Camera { is_active: false, ..default() }, feed));
+    app.world_mut().spawn((ArCamera::new(INTRINSICS), camera_pose(), Camera { is_active: false, ..default() }, feed));
     let sphere = LightProbeSphere { radius: RADIUS, reflectance: REFLECTANCE, ..Default::default() };
     let probe = app.world_mut().spawn((sphere, Transform::from_translation(BALL))).id();
     offscreen::settle(&mut app).expect("all shaders compile");
@@ -123,7 +122,7 @@ fn the_environment_is_found_again_in_its_directions() {
     assert!(measurement.is_in_view && measurement.gain == Vec3::ONE);
     let world_from_camera = camera_pose().rotation;
     let axis = world_from_camera * -ball_view().center_camera.normalize();
-    let edge_angle = ball_view().edge_angle(&intrinsics(), EDGE_MARGIN_PIXELS);
+    let edge_angle = ball_view().edge_angle(&INTRINSICS, EDGE_MARGIN_PIXELS);
     let (mut sum, mut count, mut worst) = (0.0, 0.0, (0.0, Vec3::ZERO));
     for dir in sphere(20_000).filter(|dir| axis.angle_between(*dir) < edge_angle) {
         let error = ((cube.sample(dir) - smooth(dir)) / smooth(dir)).abs();

@@ -1,18 +1,13 @@
 //! A phantom desk seen from above, under a sky of one radiance, for tests of its shadows.
 
-use crate::gpu;
+use crate::drawing;
 use bevy::prelude::*;
 use bevy_mirrorball::{
-    camera::{CameraPlugin, FramePixels, srgb_to_linear},
+    camera::{FramePixels, srgb_to_linear},
     environment_map::EnvironmentCube,
-    materials::MaterialsPlugin,
     offscreen,
-    phantom::PhantomPlugin,
-    prefilter::PrefilterPlugin,
     prelude::*,
-    probe::{EnvironmentFallback, ProbePlugin, UniformSky},
-    shadows::ShadowsPlugin,
-    unwrap::UnwrapPlugin,
+    probe::{EnvironmentFallback, UniformSky},
 };
 
 pub(crate) const SIZE: UVec2 = UVec2::new(96, 64);
@@ -20,42 +15,45 @@ pub(crate) const HEIGHT: f32 = 0.6;
 pub(crate) const GRAY: u8 = 150;
 pub(crate) const SKY: f32 = 0.4;
 
-pub(crate) fn intrinsics() -> Intrinsics {
-    Intrinsics { focal: Vec2::splat(80.0), center: Vec2::new(48.0, 32.0), size: SIZE }
-}
+pub(crate) const INTRINSICS: Intrinsics =
+    Intrinsics { focal: Vec2::splat(80.0), center: Vec2::new(48.0, 32.0), size: SIZE };
 
 /// A camera above a phantom desk, a probe in view, a dome, and a picture with a slight pattern.
 pub(crate) struct Desk {
     pub(crate) app: App,
     pub(crate) picture: Handle<Image>,
+    pub(crate) camera: Entity,
     pub(crate) dome: Entity,
     pub(crate) probe: Entity,
     pub(crate) plane: Entity,
 }
 
 impl Desk {
+    /// The desk in a measured room of one radiance, under a dome.
     pub(crate) fn new() -> Option<Self> {
-        let mut app = gpu::app(|app| {
-            app.add_plugins((
-                CameraPlugin,
-                PhantomPlugin,
-                ProbePlugin,
-                UnwrapPlugin,
-                PrefilterPlugin,
-                ShadowsPlugin,
-                MaterialsPlugin,
-            ));
-        })?;
-        let (picture, target) = offscreen::add_target(&mut app, SIZE);
-        let pixels = FramePixels::new(SIZE, desk_picture()).expect("as many bytes as the size says");
-        let feed = CameraFeed::pixels(pixels).with_pace(FeedPace::Lockstep);
-        let pose = Transform::from_xyz(0.0, HEIGHT, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z);
-        app.world_mut().spawn((ArCamera::new(intrinsics()), pose, feed, target, Msaa::Off));
+        Self::in_measured_room(desk_picture())
+    }
+
+    /// The same, shown in another frame.
+    pub(crate) fn in_measured_room(rgba: Vec<u8>) -> Option<Self> {
+        let mut desk = Self::in_unknown_room(rgba)?;
         let sky = UniformSky { radiance: Some(Vec3::splat(SKY)) };
         let ball = (LightProbeSphere::default(), sky, Transform::from_xyz(0.2, 0.05, 0.1));
-        let probe = app.world_mut().spawn(ball).id();
-        let dome = app.world_mut().spawn(ShadowDomeLight::default()).id();
-        let mut desk = Self { app, picture, dome, probe, plane: Entity::PLACEHOLDER };
+        desk.app.world_mut().entity_mut(desk.probe).insert(ball);
+        desk.app.world_mut().entity_mut(desk.dome).insert(ShadowDomeLight::default());
+        Some(desk)
+    }
+
+    /// Without ball and dome: their entities are empty.
+    pub(crate) fn in_unknown_room(rgba: Vec<u8>) -> Option<Self> {
+        let mut app = drawing::app()?;
+        let (picture, target) = offscreen::add_target(&mut app, SIZE);
+        let pixels = FramePixels::new(SIZE, rgba).expect("as many bytes as the size says");
+        let feed = CameraFeed::pixels(pixels).with_pace(FeedPace::Lockstep);
+        let pose = Transform::from_xyz(0.0, HEIGHT, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z);
+        let camera = app.world_mut().spawn((ArCamera::new(INTRINSICS), pose, feed, target, Msaa::Off)).id();
+        let [probe, dome] = [(); 2].map(|()| app.world_mut().spawn_empty().id());
+        let mut desk = Self { app, picture, camera, dome, probe, plane: Entity::PLACEHOLDER };
         let sheet = Plane3d::default().mesh().size(2.0, 2.0).build();
         desk.plane = desk.add(sheet, Vec3::ZERO, PhantomObject { casts: false, ..default() });
         Some(desk)
@@ -63,10 +61,13 @@ impl Desk {
 
     /// Takes the ball away, and what would light the scene in its place.
     pub(crate) fn forget_light(&mut self) {
-        let world = self.app.world_mut();
-        world.despawn(self.probe);
-        let camera = world.query_filtered::<Entity, With<ArCamera>>().single(world).expect("one camera");
-        world.entity_mut(camera).remove::<(EnvironmentFallback, EnvironmentCube)>();
+        self.app.world_mut().despawn(self.probe);
+        self.forget_fallback();
+    }
+
+    /// Takes away what lights the scene where nothing is measured.
+    pub(crate) fn forget_fallback(&mut self) {
+        self.app.world_mut().entity_mut(self.camera).remove::<(EnvironmentFallback, EnvironmentCube)>();
     }
 
     pub(crate) fn add(&mut self, mesh: impl Into<Mesh>, place: Vec3, extra: impl Bundle) -> Entity {
@@ -98,7 +99,7 @@ pub(crate) struct Shot(pub(crate) Vec<u8>);
 
 impl Shot {
     pub(crate) fn at(&self, place: Vec3) -> usize {
-        let pixel = intrinsics().center + intrinsics().focal * place.xz() / (HEIGHT - place.y);
+        let pixel = INTRINSICS.center + INTRINSICS.focal * place.xz() / (HEIGHT - place.y);
         4 * (pixel.y as usize * SIZE.x as usize + pixel.x as usize)
     }
 

@@ -139,8 +139,7 @@ fn furnished(kind: impl Bundle, samples: VisibilitySamples) -> Option<Shot> {
     desk.add(Cuboid::new(0.05, 0.1, 0.05), Vec3::new(-0.05, 0.05, -0.1), PhantomObject::default());
     let world = desk.app.world_mut();
     world.entity_mut(desk.dome).insert(ShadowDomeLight { samples, ..default() });
-    let camera = world.query_filtered::<Entity, With<ArCamera>>().single(world).expect("one camera");
-    world.entity_mut(camera).insert(kind);
+    world.entity_mut(desk.camera).insert(kind);
     Some(desk.shoot())
 }
 
@@ -185,10 +184,9 @@ fn cameras_of_other_kinds_see_the_same_shadows() {
 fn a_camera_keeps_its_prepass_when_the_dome_goes_and_loses_the_domes() {
     for keeps in [false, true] {
         let Some(mut desk) = Desk::new() else { return };
-        let world = desk.app.world_mut();
-        let camera = world.query_filtered::<Entity, With<ArCamera>>().single(world).expect("one camera");
+        let camera = desk.camera;
         if keeps {
-            world.entity_mut(camera).insert(DepthPrepass);
+            desk.app.world_mut().entity_mut(camera).insert(DepthPrepass);
         }
         desk.app.update();
         desk.app.update();

@@ -1,115 +1,42 @@
 //! What virtual lamps do to the picture of a real desk, against photometry, under a sky of one radiance.
 
-use crate::gpu;
+use crate::desk::{Desk, HEIGHT, INTRINSICS, SIZE, SKY, Shot};
 use bevy::{
     camera::Exposure,
     light::{CascadeShadowConfig, CascadeShadowConfigBuilder},
     prelude::*,
 };
-use bevy_mirrorball::{
-    camera::{CameraPlugin, FramePixels, srgb_to_linear},
-    materials::MaterialsPlugin,
-    offscreen,
-    phantom::PhantomPlugin,
-    prefilter::PrefilterPlugin,
-    prelude::*,
-    probe::{EnvironmentFallback, ProbePlugin, UniformSky},
-    shadows::ShadowsPlugin,
-    unwrap::UnwrapPlugin,
-};
+use bevy_mirrorball::{camera::srgb_to_linear, prelude::*};
 use std::f32::consts::PI;
 
 /// Rounding to 8 bits.
-const SAME: i32 = 1;
+const SAME: u8 = 1;
 /// Of the factor on the picture; the mean over pixels of many brightnesses has less rounding than one.
 const FACTOR_TOLERANCE: f32 = 0.01;
 /// Shadow maps have texels, and the dome's share of the shadow is in the picture with and without the lamp.
 const SHADOW_TOLERANCE: f32 = 0.02;
-
-const SIZE: UVec2 = UVec2::new(96, 64);
-const HEIGHT: f32 = 0.6;
-const SKY: f32 = 0.4;
-
-fn intrinsics() -> Intrinsics {
-    Intrinsics { focal: Vec2::splat(80.0), center: Vec2::new(48.0, 32.0), size: SIZE }
-}
 
 /// Dark enough that twice the light is not clipped, in enough shades that rounding averages out.
 fn desk_picture() -> Vec<u8> {
     (0..SIZE.x * SIZE.y).flat_map(|i| [120 + (7 * i % 31) as u8, 110 + (5 * i % 29) as u8, 128, 255]).collect()
 }
 
-struct Desk {
-    app: App,
-    picture: Handle<Image>,
+fn measured_desk() -> Option<Desk> {
+    Desk::in_measured_room(desk_picture())
 }
 
-impl Desk {
-    fn new() -> Option<Self> {
-        let mut app = gpu::app(|app| {
-            app.add_plugins((
-                CameraPlugin,
-                PhantomPlugin,
-                ProbePlugin,
-                UnwrapPlugin,
-                PrefilterPlugin,
-                ShadowsPlugin,
-                MaterialsPlugin,
-            ));
-        })?;
-        let (picture, target) = offscreen::add_target(&mut app, SIZE);
-        let pixels = FramePixels::new(SIZE, desk_picture()).expect("as many bytes as the size says");
-        let feed = CameraFeed::pixels(pixels).with_pace(FeedPace::Lockstep);
-        let pose = Transform::from_xyz(0.0, HEIGHT, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z);
-        app.world_mut().spawn((ArCamera::new(intrinsics()), pose, feed, target, Msaa::Off));
-        let mut desk = Self { app, picture };
-        desk.add(Plane3d::default().mesh().size(2.0, 2.0), Vec3::ZERO, PhantomObject { casts: false, ..default() });
-        Some(desk)
-    }
-
-    /// With the room measured: everywhere the same.
-    fn measured() -> Option<Self> {
-        let mut desk = Self::new()?;
-        let sky = UniformSky { radiance: Some(Vec3::splat(SKY)) };
-        desk.app.world_mut().spawn((LightProbeSphere::default(), sky, Transform::from_xyz(0.2, 0.05, 0.1)));
-        desk.app.world_mut().spawn(ShadowDomeLight::default());
-        Some(desk)
-    }
-
-    fn add(&mut self, mesh: impl Into<Mesh>, place: Vec3, extra: impl Bundle) -> Entity {
-        let mesh = self.app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
-        self.app.world_mut().spawn((Mesh3d(mesh), Transform::from_translation(place), extra)).id()
-    }
-
-    fn shoot(&mut self) -> Shot {
-        // Roles, materials, light and shadow maps follow within four frames.
-        for _ in 0..4 {
-            self.app.update();
+/// Factor on the camera's linear red and green in 5 × 5 pixels around a place on the desk.
+fn factor(shot: &Shot, place: Vec2) -> f32 {
+    let pixel = (INTRINSICS.center + INTRINSICS.focal * place / HEIGHT).as_ivec2();
+    let (mut after, mut before) = (0.0, 0.0);
+    for (x, y) in (-2..=2).flat_map(|y| (-2..=2).map(move |x| (pixel.x + x, pixel.y + y))) {
+        let at = 4 * (y * SIZE.x as i32 + x) as usize;
+        for channel in at..at + 2 {
+            after += srgb_to_linear(shot.0[channel]);
+            before += srgb_to_linear(desk_picture()[channel]);
         }
-        Shot(offscreen::read_texture(&mut self.app, &self.picture).expect("the picture comes back"))
     }
-}
-
-struct Shot(Vec<u8>);
-
-impl Shot {
-    /// Factor on the camera's linear red and green in 5 × 5 pixels around a place on the desk.
-    fn factor(&self, place: Vec2) -> f32 {
-        let pixel = (intrinsics().center + intrinsics().focal * place / HEIGHT).as_ivec2();
-        let (mut after, mut before) = (0.0, 0.0);
-        for (x, y) in (-2..=2).flat_map(|y| (-2..=2).map(move |x| (pixel.x + x, pixel.y + y))) {
-            let at = 4 * (y * SIZE.x as i32 + x) as usize;
-            for channel in at..at + 2 {
-                after += srgb_to_linear(self.0[channel]);
-                before += srgb_to_linear(desk_picture()[channel]);
-            }
-        }
-        after / before
-    }
-
-    fn difference(&self, other: &[u8]) -> i32 {
-        self.0.iter().zip(other).map(|(a, b)| i32::from(a.abs_diff(*b))).max().unwrap_or(0)
-    }
+    after / before
 }
 
 /// Irradiance ÷ irradiance in the room, of a lamp in Bevy's units.
@@ -132,7 +59,7 @@ fn directional(elevation: f32, illuminance: f32, shadow_maps_enabled: bool) -> i
 
 #[test]
 fn a_directional_lamp_adds_its_illuminance_times_the_cosine() {
-    let Some(mut desk) = Desk::measured() else { return };
+    let Some(mut desk) = measured_desk() else { return };
     let without = desk.shoot().difference(&desk_picture());
     println!("no lamp: off by {without}/255");
     assert!(without <= SAME);
@@ -142,7 +69,7 @@ fn a_directional_lamp_adds_its_illuminance_times_the_cosine() {
         let expected = 1.0 + gain(illuminance) * elevation.sin();
         let shot = desk.shoot();
         for place in [Vec2::ZERO, Vec2::new(0.25, -0.15), Vec2::new(-0.25, 0.15)] {
-            let factor = shot.factor(place);
+            let factor = factor(&shot, place);
             println!("from {elevation:.2} rad above the desk at {place}: {factor:.4}, expected {expected:.4}");
             assert!((factor / expected - 1.0).abs() <= FACTOR_TOLERANCE);
         }
@@ -155,7 +82,7 @@ fn a_directional_lamp_adds_its_illuminance_times_the_cosine() {
 #[test]
 fn point_and_spot_lamps_fall_off_with_the_square_of_the_distance() {
     const LAMP_HEIGHT: f32 = 0.3;
-    let Some(mut desk) = Desk::measured() else { return };
+    let Some(mut desk) = measured_desk() else { return };
     // Lumens in all directions that give straight below what the room gives.
     let intensity = 4.0 * PI * LAMP_HEIGHT * LAMP_HEIGHT * as_bright_as_the_room();
     let at_lamp = Transform::from_xyz(0.0, LAMP_HEIGHT, 0.0);
@@ -163,7 +90,7 @@ fn point_and_spot_lamps_fall_off_with_the_square_of_the_distance() {
     let expected = |x: f32| 1.0 + (1.0 + (x / LAMP_HEIGHT).powi(2)).powf(-1.5);
     let check = |shot: &Shot, name: &str| {
         for x in [0.0, 0.1, 0.2, 0.3] {
-            let factor = shot.factor(Vec2::new(x, 0.0));
+            let factor = factor(shot, Vec2::new(x, 0.0));
             println!("{name} at {x} m: {factor:.4}, expected {:.4}", expected(x));
             // The mean over pixels is a little below the peak.
             assert!((factor / expected(x) - 1.0).abs() <= FACTOR_TOLERANCE);
@@ -177,7 +104,7 @@ fn point_and_spot_lamps_fall_off_with_the_square_of_the_distance() {
     desk.app.world_mut().spawn((lamp, aim));
     let shot = desk.shoot();
     check(&shot, "spot lamp");
-    let beside = shot.factor(Vec2::new(-0.2, 0.0));
+    let beside = factor(&shot, Vec2::new(-0.2, 0.0));
     println!("outside of the cone: {beside:.4}");
     assert!((beside - 1.0).abs() <= FACTOR_TOLERANCE);
 }
@@ -186,7 +113,7 @@ fn point_and_spot_lamps_fall_off_with_the_square_of_the_distance() {
 fn virtual_and_real_boxes_throw_shadows_of_lamps_on_the_desk() {
     let (shadowed, open) = (Vec2::new(-0.07, 0.0), Vec2::new(0.2, 0.1));
     for is_real in [false, true] {
-        let Some(mut desk) = Desk::measured() else { return };
+        let Some(mut desk) = measured_desk() else { return };
         let block = Cuboid::new(0.04, 0.1, 0.12);
         let place = Vec3::new(0.0, 0.05, 0.0);
         if is_real {
@@ -199,7 +126,7 @@ fn virtual_and_real_boxes_throw_shadows_of_lamps_on_the_desk() {
         desk.app.world_mut().spawn(directional(PI / 4.0, 1.2 * as_bright_as_the_room(), true));
         let after = desk.shoot();
         let kind = if is_real { "real" } else { "virtual" };
-        let added = |place| after.factor(place) - before.factor(place);
+        let added = |place| factor(&after, place) - factor(&before, place);
         let expected = 1.2 * (PI / 4.0).sin();
         println!(
             "{kind} box: lamp adds {:.3} in its shadow, {:.3} outside ({expected:.3})",
@@ -208,18 +135,16 @@ fn virtual_and_real_boxes_throw_shadows_of_lamps_on_the_desk() {
         );
         assert!(added(shadowed).abs() <= SHADOW_TOLERANCE);
         assert!((added(open) - expected).abs() <= SHADOW_TOLERANCE);
-        let own = before.factor(shadowed);
+        let own = factor(&before, shadowed);
         assert!(if is_real { (own - 1.0).abs() <= SHADOW_TOLERANCE } else { own < 0.9 }, "without lamp: {own}");
     }
 }
 
 #[test]
 fn where_the_room_is_not_known_lamps_leave_the_picture_alone() {
-    let Some(mut desk) = Desk::new() else { return };
+    let Some(mut desk) = Desk::in_unknown_room(desk_picture()) else { return };
     // Else a sky would be assumed.
-    let world = desk.app.world_mut();
-    let camera = world.query_filtered::<Entity, With<ArCamera>>().single(world).expect("one camera");
-    world.entity_mut(camera).remove::<EnvironmentFallback>();
+    desk.forget_fallback();
     desk.app.world_mut().spawn(directional(PI / 4.0, 2.0 * as_bright_as_the_room(), true));
     let off = desk.shoot().difference(&desk_picture());
     println!("no environment map: off by {off}/255");

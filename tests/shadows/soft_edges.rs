@@ -1,6 +1,9 @@
 //! Edges of phantoms that fade, against what a disc over a straight edge covers.
 
-use crate::gpu;
+use crate::{
+    desk::{INTRINSICS, SIZE},
+    gpu,
+};
 use bevy::{camera::Hdr, prelude::*};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
@@ -10,7 +13,6 @@ use bevy_mirrorball::{
     prelude::*,
 };
 
-const SIZE: UVec2 = UVec2::new(96, 64);
 const REAL: u8 = 90;
 const VIRTUAL: Color = Color::linear_rgb(0.6, 0.6, 0.6);
 /// Columns are drawn, discs are sampled: how far the share of the virtual side may be off.
@@ -31,8 +33,7 @@ impl Scene {
         let pixels = [REAL, REAL, REAL, 255].repeat(SIZE.element_product() as usize);
         let pixels = FramePixels::new(SIZE, pixels).expect("as many bytes as the size says");
         let feed = CameraFeed::pixels(pixels).with_pace(FeedPace::Lockstep);
-        let intrinsics = Intrinsics { focal: Vec2::splat(80.0), center: 0.5 * SIZE.as_vec2(), size: SIZE };
-        let camera = app.world_mut().spawn((ArCamera::new(intrinsics), pose, feed, target, extra)).id();
+        let camera = app.world_mut().spawn((ArCamera::new(INTRINSICS), pose, feed, target, extra)).id();
         Some(Self { app, picture, camera })
     }
 

@@ -1,6 +1,7 @@
 //! The camera or the anchors move to where the markers are seen. Needs neither a GPU nor the AprilTag library: the detector
 //! of these tests says what it is told.
 
+use crate::lens::LENS;
 use bevy::{math::DVec2, prelude::*};
 use bevy_mirrorball::{
     camera::FramePixels,
@@ -16,17 +17,12 @@ use std::{
     time::Duration,
 };
 
-const FRAME: UVec2 = UVec2::new(640, 480);
 /// Side of the markers in metres.
 const SIZE: f32 = 0.1;
 /// Rotations pass through a handful of products in single precision.
 const RADIANS: f32 = 1e-5;
 /// The same for positions a few metres from the world's origin.
 const METRES: f32 = 1e-5;
-
-fn intrinsics() -> Intrinsics {
-    Intrinsics { focal: Vec2::new(600.0, 605.0), center: Vec2::new(318.0, 243.0), size: FRAME }
-}
 
 /// Markers that say so are found at full resolution only.
 const HARD_TO_READ: u32 = 2;
@@ -38,7 +34,7 @@ struct Scripted(Script);
 impl MarkerDetector for Scripted {
     fn detect(&mut self, picture: LumaView, decimation: f32) -> Vec<DetectedMarker> {
         // The window around a marker is searched again; corners found there count from the window's corner.
-        if picture.size() != FRAME {
+        if picture.size() != LENS.size {
             return Vec::new();
         }
         let mut markers = self.0.lock().expect("no test panicked").clone();
@@ -50,7 +46,7 @@ impl MarkerDetector for Scripted {
 /// How a marker of [`SIZE`] looks from a camera.
 fn seen(id: u32, camera_from_marker: Isometry3d) -> DetectedMarker {
     let h = 0.5 * SIZE;
-    let (focal, center) = (intrinsics().focal.as_dvec2(), intrinsics().center.as_dvec2());
+    let (focal, center) = (LENS.focal.as_dvec2(), LENS.center.as_dvec2());
     let corners = [(-h, -h), (h, -h), (h, h), (-h, h)].map(|(x, z)| {
         let p = Vec3::from(camera_from_marker.transform_point(Vec3::new(x, 0.0, z))).as_dvec3();
         center + focal * DVec2::new(p.x, -p.y) / -p.z
@@ -86,7 +82,7 @@ impl Desk {
             .insert_resource(MarkerDetection::new(Scripted(script.clone())))
             .add_plugins(TrackingPlugin);
         let start = Transform::from_xyz(3.0, 2.0, 1.0).with_rotation(Quat::from_euler(EulerRot::YXZ, 0.5, -0.4, 0.3));
-        let camera = app.world_mut().spawn((ArCamera::new(intrinsics()), start)).id();
+        let camera = app.world_mut().spawn((ArCamera::new(LENS), start)).id();
         Self { app, camera, script, sequence: 0 }
     }
 
@@ -98,7 +94,7 @@ impl Desk {
     fn show(&mut self, markers: &[DetectedMarker]) {
         *self.script.lock().expect("no test panicked") = markers.to_vec();
         self.sequence += 1;
-        let pixels = FramePixels::new(FRAME, vec![128; 4 * (FRAME.x * FRAME.y) as usize]).expect("fits");
+        let pixels = FramePixels::new(LENS.size, vec![128; 4 * LENS.size.element_product() as usize]).expect("fits");
         let captured = Duration::from_millis(40 * self.sequence);
         let frame = CameraFrame::new(pixels, self.sequence, captured);
         self.app.world_mut().entity_mut(self.camera).insert(frame);

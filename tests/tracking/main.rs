@@ -8,6 +8,9 @@ mod feeds;
 mod follow;
 #[path = "../support/gpu.rs"]
 mod gpu;
+mod lens;
+#[cfg(feature = "apriltag")]
+mod pose_error;
 #[cfg(feature = "apriltag")]
 mod pose_truth;
 #[cfg(feature = "apriltag")]

@@ -1,6 +1,7 @@
 //! Markers in pictures with known truth: rendered rooms, a recorded clip, a photograph and the sheet this crate prints give
 //! the same pose in the same axes.
 
+use crate::pose_error::{DISTANCE_SHARE, PoseError};
 use crate::shared_data;
 use bevy::{math::DVec2, prelude::*};
 use bevy_mirrorball::{
@@ -15,39 +16,11 @@ use std::{collections::BTreeMap, f32::consts::FRAC_PI_2, fs, path::Path};
 const SHARP_DEGREES: f32 = 0.3;
 /// Rotation against exact truth in the clip: half the resolution, and JPEG.
 const CLIP_DEGREES: f32 = 0.5;
-/// Translation error as a share of the camera's distance. The width of an edge's blur is about this share of the marker.
-const DISTANCE_SHARE: f32 = 0.01;
 /// Corners against those that came with the photograph, in pixels (measured: 0.40). They were found in gamma-coded pixels,
 /// where blurred edges move.
 const VISP_PIXELS: f64 = 0.6;
 /// Rotation against the poses that came with it, which follow from those corners (measured: 0.23°).
 const VISP_DEGREES: f32 = 0.5;
-
-/// How far a pose is from the truth.
-#[derive(Clone, Copy)]
-struct PoseError {
-    degrees: f32,
-    /// Translation error over the true distance.
-    share: f32,
-}
-
-impl PoseError {
-    fn of(pose: &MarkerPose, truth: &Isometry3d) -> Self {
-        let found = pose.camera_from_marker;
-        // `angle_between` takes the arc cosine, which cannot tell angles below 0.04° apart.
-        let turn = found.rotation * truth.rotation.inverse();
-        Self {
-            degrees: (2.0 * turn.xyz().length().atan2(turn.w.abs())).to_degrees(),
-            share: found.translation.distance(truth.translation) / truth.translation.length(),
-        }
-    }
-
-    fn assert_below(self, what: &str, degrees: f32, share: f32) {
-        println!("{what}: {:.3}° and {:.3} % of the distance", self.degrees, 100.0 * self.share);
-        assert!(self.degrees < degrees, "{what}: turned by {}°, allowed are {degrees}°", self.degrees);
-        assert!(self.share < share, "{what}: off by {} of the distance, allowed is {share}", self.share);
-    }
-}
 
 fn detector() -> AprilTagDetector {
     AprilTagDetector::new().expect("the AprilTag library of this crate")
@@ -150,7 +123,7 @@ mod recorded_clip {
 
     #[test]
     fn every_tenth_picture_of_the_clip_gives_the_pose_of_its_camera() {
-        let Some(folder) = shared_data::find("desk_clip") else { return };
+        let folder = Path::new("assets/desk_clip");
         let clip: Clip = read_json(&folder.join("clip.json"));
         let intrinsics = clip.intrinsics.with_size(clip.image);
         for truth in clip.frames.iter().step_by(10) {
@@ -169,13 +142,11 @@ mod photograph {
     /// Side of the black squares in metres.
     const SIZE: f64 = 0.053;
 
-    fn intrinsics() -> Intrinsics {
-        Intrinsics {
-            focal: Vec2::new(615.167_5, 615.167_54),
-            center: Vec2::new(312.189, 243.437_38),
-            size: UVec2::new(640, 480),
-        }
-    }
+    const INTRINSICS: Intrinsics = Intrinsics {
+        focal: Vec2::new(615.167_5, 615.167_54),
+        center: Vec2::new(312.189, 243.437_38),
+        size: UVec2::new(640, 480),
+    };
 
     /// A binary PGM with 8 bits; comment lines may stand anywhere in its header.
     fn open_pgm(path: &Path) -> FramePixels {
@@ -253,7 +224,7 @@ mod photograph {
                 (Vec3::new(x as f32, y as f32, z as f32), Vec3::new(u as f32, v as f32, w as f32));
             let rotation = camera_from_cv * Quat::from_scaled_axis(turn) * visp_from_marker;
             let truth = Isometry3d::new(camera_from_cv * translation, rotation);
-            let candidates = PoseCandidates::from_corners(&marker.corners, &intrinsics(), SIZE).expect("a pose");
+            let candidates = PoseCandidates::from_corners(&marker.corners, &INTRINSICS, SIZE).expect("a pose");
             // All tags are seen at a slant, so the corners decide.
             assert!(!candidates.is_ambiguous(), "tag {} is ambiguous", marker.id);
             PoseError::of(&candidates.best, &truth).assert_below(

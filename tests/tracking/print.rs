@@ -1,9 +1,12 @@
 //! The sheet this crate prints carries the marker the detector reads, in the same axes and the promised size.
 
+use crate::{
+    lens::LENS,
+    pose_error::{DISTANCE_SHARE, PoseError},
+};
 use bevy::{math::DVec2, prelude::*};
 use bevy_mirrorball::{
     camera::FramePixels,
-    prelude::*,
     tracking::{AprilTagDetector, PoseCandidates, TrackingError, find_markers, marker_sheet_svg},
 };
 use std::{fs, path::Path};
@@ -16,8 +19,6 @@ const SHEET_CELLS: usize = 10;
 const CELL: f32 = SIZE / 8.0;
 /// Rotation: an object 0.2 m from the marker is then off by about 1 mm.
 const DEGREES: f32 = 0.3;
-/// Translation error as a share of the camera's distance, as for the rendered rooms.
-const DISTANCE_SHARE: f32 = 0.01;
 
 fn cells() -> Vec<Vec<bool>> {
     AprilTagDetector::new().expect("the AprilTag library of this crate").cells(0).expect("marker 0 exists")
@@ -40,14 +41,10 @@ fn radiance(cells: &[Vec<bool>], x: f32, z: f32) -> f32 {
     }
 }
 
-fn intrinsics() -> Intrinsics {
-    Intrinsics { focal: Vec2::new(600.0, 604.0), center: Vec2::new(313.0, 246.0), size: UVec2::new(640, 480) }
-}
-
 /// A picture of the sheet lying at y = 0. Each pixel collects light from a square of `aperture` pixels, in nine rays for
 /// each pixel's width: 1 is sharp, more is out of focus.
 fn photograph(marker_from_camera: Isometry3d, aperture: u32) -> FramePixels {
-    let (intrinsics, cells, samples) = (intrinsics(), cells(), 3 * aperture);
+    let (intrinsics, cells, samples) = (LENS, cells(), 3 * aperture);
     let eye = marker_from_camera.translation;
     let sample = |pixel: Vec2| {
         let ray = marker_from_camera.rotation * intrinsics.ray(pixel);
@@ -75,15 +72,8 @@ fn assert_pose_is_recovered(what: &str, camera: Transform, aperture: u32) {
     let mut detector = AprilTagDetector::new().expect("the AprilTag library of this crate");
     let markers = find_markers(&mut detector, &photograph(camera.to_isometry(), aperture), &[0]);
     assert_eq!(markers.iter().map(|marker| marker.id).collect::<Vec<_>>(), [0], "markers found");
-    let candidates = PoseCandidates::from_corners(&markers[0].corners, &intrinsics(), SIZE.into()).expect("a pose");
-    let found = candidates.best.camera_from_marker;
-    // `angle_between` takes the arc cosine, which cannot tell angles below 0.04° apart.
-    let turn = found.rotation * truth.rotation.inverse();
-    let degrees = (2.0 * turn.xyz().length().atan2(turn.w.abs())).to_degrees();
-    let share = found.translation.distance(truth.translation) / truth.translation.length();
-    println!("{what}: {degrees:.3}° and {:.3} % of the distance", 100.0 * share);
-    assert!(degrees < DEGREES, "{what}: turned by {degrees}°, allowed are {DEGREES}°");
-    assert!(share < DISTANCE_SHARE, "{what}: off by {share} of the distance, allowed is {DISTANCE_SHARE}");
+    let candidates = PoseCandidates::from_corners(&markers[0].corners, &LENS, SIZE.into()).expect("a pose");
+    PoseError::of(&candidates.best, &truth).assert_below(what, DEGREES, DISTANCE_SHARE);
 }
 
 /// A camera that looks almost at the marker, turned about its line of sight.

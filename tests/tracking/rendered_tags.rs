@@ -1,7 +1,10 @@
 //! Rendered tags of different sizes and tilts, some of them dim or only 40 pixels wide, are posed as their renderer placed
 //! them. The pictures come from `ViSP`, whose axes differ from ours in both the tag and the camera.
 
-use crate::shared_data;
+use crate::{
+    pose_error::{DISTANCE_SHARE, PoseError},
+    shared_data,
+};
 use bevy::{
     math::{DMat4, DQuat, DVec3, DVec4},
     prelude::*,
@@ -21,13 +24,10 @@ use std::{
 /// are what maps its poses onto its corners (to 0.14…0.31 px root mean square).
 const SIZES: [f64; 5] = [0.2, 0.2, 0.2, 0.1, 0.1];
 /// Rotation error. Any confusion of axes is at least 90°; the tags are 40…110 px wide.
-const DEGREES: f64 = 0.5;
-/// Translation error as a share of the camera's distance, as for the rendered rooms. The dim tag needs most of it.
-const DISTANCE_SHARE: f64 = 0.01;
+const DEGREES: f32 = 0.5;
 
-fn intrinsics() -> Intrinsics {
-    Intrinsics { focal: Vec2::splat(700.0), center: Vec2::new(320.0, 240.0), size: UVec2::new(640, 480) }
-}
+const INTRINSICS: Intrinsics =
+    Intrinsics { focal: Vec2::splat(700.0), center: Vec2::new(320.0, 240.0), size: UVec2::new(640, 480) };
 
 fn numbers(text: &str) -> Vec<f64> {
     text.split_whitespace().map(|number| number.parse().expect("a number")).collect()
@@ -70,15 +70,11 @@ fn rendered_tags_have_the_poses_of_their_renderer_with_its_axes_turned_to_ours()
     let Some((folder, found)) = find() else { return };
     for (id, marker) in found.iter().enumerate() {
         let (rotation, translation) = camera_from_marker(&folder, id);
-        let candidates = PoseCandidates::from_corners(&marker.corners, &intrinsics(), SIZES[id]).expect("a pose");
+        let candidates = PoseCandidates::from_corners(&marker.corners, &INTRINSICS, SIZES[id]).expect("a pose");
         // All tags are seen at a slant, so the corners decide.
         assert!(!candidates.is_ambiguous(), "tag {id} is ambiguous");
-        let pose = candidates.best.camera_from_marker;
-        let turn = pose.rotation.as_dquat() * rotation.inverse();
-        let degrees = (2.0 * turn.xyz().length().atan2(turn.w.abs())).to_degrees();
-        let share = pose.translation.as_dvec3().distance(translation) / translation.length();
-        println!("tag {id}: {degrees:.3}° and {:.3} % of the distance", 100.0 * share);
-        assert!(degrees < DEGREES, "tag {id}: turned by {degrees}°, allowed are {DEGREES}°");
-        assert!(share < DISTANCE_SHARE, "tag {id}: off by {share} of the distance, allowed is {DISTANCE_SHARE}");
+        let truth = Isometry3d::new(translation.as_vec3(), rotation.as_quat());
+        // The dim tag needs most of the distance's share.
+        PoseError::of(&candidates.best, &truth).assert_below(&format!("tag {id}"), DEGREES, DISTANCE_SHARE);
     }
 }

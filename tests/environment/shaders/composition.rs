@@ -3,6 +3,7 @@
 //! Bevy's own [`ShaderCache`] does the work, with the very `naga` and `naga_oil` that run in the game; it validates in builds
 //! with debug assertions, as test builds are.
 
+use super::shader_files;
 use bevy::{
     prelude::*,
     render::{
@@ -13,7 +14,7 @@ use bevy::{
     shader::{ShaderCache, ShaderDefVal},
 };
 use bevy_mirrorball::offscreen;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The shader library has arrived when this many frames of 2 ms bring nothing new.
 const QUIET_FRAMES: u32 = 100;
@@ -113,17 +114,6 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
     sets.into_iter().map(|set| set.concat()).collect()
 }
 
-fn shader_files(dir: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(dir).expect("tests run in the package's folder");
-    let paths = entries.filter_map(|entry| entry.ok().map(|entry| entry.path()));
-    let found = paths.flat_map(|path| match path.extension() {
-        _ if path.is_dir() => shader_files(&path),
-        Some(extension) if extension == "wgsl" => vec![path],
-        _ => vec![],
-    });
-    found.collect()
-}
-
 #[derive(Resource)]
 struct KeptShader(#[expect(dead_code, reason = "keeps the asset loaded")] Handle<Shader>);
 
@@ -217,93 +207,4 @@ fn a_wrong_shader_is_noticed() {
         println!("{complaint:?}");
         assert!(complaint.is_some());
     }
-}
-
-/// Builtins whose accuracy WGSL leaves wide open (WGSL, 15.7.4 "Floating Point Accuracy"), whose result depends on a driver's
-/// filtering, or whose steps are those of neighboring invocations.
-const LOOSE_BUILTINS: [&str; 27] = [
-    "acos",
-    "acosh",
-    "asin",
-    "asinh",
-    "atan",
-    "atan2",
-    "atanh",
-    "cos",
-    "cosh",
-    "dpdx",
-    "dpdy",
-    "exp",
-    "exp2",
-    "fwidth",
-    "log",
-    "log2",
-    "pow",
-    "sin",
-    "sinh",
-    "tan",
-    "tanh",
-    "textureGather",
-    "textureGatherCompare",
-    "textureSample",
-    "textureSampleCompare",
-    "textureSampleCompareLevel",
-    "textureSampleLevel",
-];
-
-/// Each use of one of them: file, builtin, how often, and why it does no harm there.
-const HARMLESS: [(&str, &str, usize, &str); 12] = [
-    ("camera/background_pass.wgsl", "textureSampleLevel", 1, "one screen pixel per camera pixel falls on its middle"),
-    ("debug/map_view.wgsl", "cos", 2, "0.03° at a picture of 2° per pixel"),
-    ("debug/map_view.wgsl", "sin", 3, "0.03° at a picture of 2° per pixel"),
-    ("prefilter/filter_pass.wgsl", "log2", 1, "of 0.2 to 1, where it is off by 2⁻²¹ levels"),
-    ("prefilter/filter_pass.wgsl", "textureSampleLevel", 2, "weights of 8 bits, summed over ten and more lookups"),
-    ("materials/phantom.wgsl", "textureSampleLevel", 1, "one screen pixel per camera pixel falls on its middle"),
-    ("materials/toon.wgsl", "fwidth", 2, "clamped; widens edges of bands by up to a pixel"),
-    (
-        "materials/toon.wgsl",
-        "pow",
-        1,
-        "a power below 30 of 0…1, whose half is the edge of a highlight: 1e-5 of its radius",
-    ),
-    ("shadows/depth_pass.wgsl", "textureSample", 1, "compared with a cutoff, as in Bevy's own materials"),
-    ("shadows/maps.wgsl", "textureSampleCompareLevel", 6, "weights of 8 bits of a share that many directions average"),
-    ("shadows/receive.wgsl", "exp2", 1, "of −17…−1, an exponent of 1e-5…0.5 of an estimate"),
-    ("shadows/receive.wgsl", "pow", 1, "an estimate of how much of a reflection is hidden, smooth in both arguments"),
-];
-
-/// How often a function is called in a shader, comments left out.
-fn calls(source: &str, function: &str) -> usize {
-    let code: String =
-        source.lines().map(|line| line.split("//").next().unwrap_or_default().to_owned() + "\n").collect();
-    let is_name = |c: char| c.is_alphanumeric() || c == '_';
-    code.match_indices(&format!("{function}(")).filter(|(at, _)| !code[..*at].ends_with(is_name)).count()
-}
-
-#[test]
-fn every_use_of_a_builtin_of_poor_accuracy_is_known_and_harmless() {
-    let mut found = Vec::new();
-    for path in shader_files(Path::new("src")) {
-        let source = std::fs::read_to_string(&path).expect("a shader is text");
-        let name = path.strip_prefix("src").expect("found there").to_str().expect("printable").replace('\\', "/");
-        for builtin in LOOSE_BUILTINS {
-            let count = calls(&source, builtin);
-            let known = HARMLESS.iter().find(|(file, of, ..)| *file == name && *of == builtin);
-            let allowed = known.map_or(0, |(_, _, count, _)| *count);
-            if count != allowed {
-                found.push(format!("src/{name}: {builtin} {count} times, {allowed} known"));
-            }
-        }
-    }
-    assert!(
-        found.is_empty(),
-        "{}\nUse `angle_of` and `unit_vector` of trigonometry.wgsl, tables from the CPU or algebra; or say in HARMLESS why the \
-         picture does not hang on it",
-        found.join("\n")
-    );
-}
-
-#[test]
-fn calls_are_told_from_names_that_end_alike_and_from_comments() {
-    assert_eq!(calls("let a = sin(x) + asin(x); // sin(y)\nlet b = sin(cos(x));", "sin"), 2);
 }
