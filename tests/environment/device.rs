@@ -1,4 +1,5 @@
-//! Graphics devices: which one runs the tests, what the crate asks of one, and what happens if it lacks that or takes its time.
+//! Graphics devices: which one runs the tests, what the crate asks of one, and what happens if it lacks that or takes
+//! its time.
 
 use crate::gpu;
 use bevy::{
@@ -39,7 +40,8 @@ fn restricted(limits: WgpuLimits) -> RenderPlugin {
     RenderPlugin { render_creation: settings.into(), synchronous_pipeline_compilation: true, ..default() }
 }
 
-/// A camera above a phantom desk with a virtual ball on it, of each style, and everything else that has a pass of its own.
+/// A camera above a phantom desk with a virtual ball on it, of each style, and everything else that has a pass of its
+/// own.
 struct Scene {
     app: App,
     picture: Handle<Image>,

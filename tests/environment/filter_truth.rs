@@ -30,7 +30,8 @@ pub(crate) fn two_suns(dir: DVec3) -> DVec3 {
     DVec3::new(strong, weak, strong.max(weak)) + 0.03125
 }
 
-/// Radiance by direction in an equirectangular picture, column u ÷ width is the azimuth from −Z towards +X, row 0 is up: bilinear.
+/// Radiance by direction in an equirectangular picture, column u ÷ width is the azimuth from −Z towards +X, row 0 is
+/// up: bilinear.
 pub(crate) fn picture(path: &Path) -> impl Fn(DVec3) -> DVec3 + use<> {
     let picture = EquirectPixels::open(path).expect("a picture");
     let size = picture.size.as_dvec2();
@@ -46,12 +47,12 @@ pub(crate) fn picture(path: &Path) -> impl Fn(DVec3) -> DVec3 + use<> {
     }
 }
 
-/// Values by direction: 6 · edge² directions, at the centers of a cube's texels; first the diffuse map, then the glossy one at
-/// each of [`ROUGHNESSES`].
+/// Values by direction: 6 · edge² directions, at the centers of a cube's texels; first the diffuse map, then the glossy
+/// one at each of [`ROUGHNESSES`].
 pub(crate) type Filtered = Vec<Vec<DVec3>>;
 
-/// The sums each filter approximates: irradiance ÷ π, and the glossy kernel D · N·L of ours or, with Smith's term for the light
-/// (k = α ÷ 2), of Bevy's generator. Both take normal = view.
+/// The sums each filter approximates: irradiance ÷ π, and the glossy kernel D · N·L of ours or, with Smith's term for
+/// the light (k = α ÷ 2), of Bevy's generator. Both take normal = view.
 pub(crate) struct Truth {
     pub ours: Filtered,
     pub bevy: Filtered,
@@ -121,7 +122,8 @@ pub(crate) fn relative_rmse(got: &[DVec3], truth: &[DVec3]) -> f64 {
     (error / signal).sqrt()
 }
 
-/// RMS step across the edges of a cube, between the outermost directions of neighboring faces, relative to the RMS value.
+/// RMS step across the edges of a cube, between the outermost directions of neighboring faces, relative to the RMS
+/// value.
 pub(crate) fn seam(values: &[DVec3]) -> f64 {
     let edge = (values.len() as f64 / 6.0).sqrt() as usize;
     let is_border = |i: &usize| [i / edge % edge, i % edge].into_iter().any(|k| k == 0 || k + 1 == edge);
@@ -144,8 +146,8 @@ pub(crate) fn brightest(values: &[DVec3]) -> f64 {
     values.iter().map(|v| v.max_element()).fold(0.0, f64::max)
 }
 
-/// One thread per direction and map: w is the level. Reads faces, as the crate's own passes do: some drivers do not look across
-/// the edges of cubes, which would be judged with the maps.
+/// One thread per direction and map: w is the level. Reads faces, as the crate's own passes do: some drivers do not
+/// look across the edges of cubes, which would be judged with the maps.
 const READER: &str = "
 @group(0) @binding(0) var diffuse: texture_2d_array<f32>;
 @group(0) @binding(1) var glossy: texture_2d_array<f32>;

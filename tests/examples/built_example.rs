@@ -10,8 +10,8 @@ use std::{
 /// other.
 static RUNNING: RwLock<()> = RwLock::new(());
 
-/// Runs an example without a display, as on a server. `None` with a printed reason if it was not built or has nothing to
-/// draw with; with `MIRRORBALL_REQUIRE_GPU` set (as in CI) that is a failure.
+/// Runs an example without a display, as on a server. `None` with a printed reason if it was not built or has nothing
+/// to draw with; with `MIRRORBALL_REQUIRE_GPU` set (as in CI) that is a failure.
 pub(crate) fn run(name: &str, arguments: &[&str]) -> Option<Output> {
     let is_skipping_allowed = std::env::var_os("MIRRORBALL_REQUIRE_GPU").is_none();
     let tests = std::env::current_exe().expect("a test knows where it is");

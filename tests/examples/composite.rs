@@ -131,8 +131,9 @@ fn inside(mask: &FramePixels, value: u8, margin: i32) -> Vec<usize> {
         .collect()
 }
 
-/// Limits on a room with small strong lamps, one with a clipped sunset and one under a plain sky. Light that is turned, mirrored,
-/// missing or scaled by a fifth exceeds them; with one gain for all clipped light the studio's objects are off by 0.38.
+/// Limits on a room with small strong lamps, one with a clipped sunset and one under a plain sky. Light that is turned,
+/// mirrored, missing or scaled by a fifth exceeds them; with one gain for all clipped light the studio's objects are
+/// off by 0.38.
 const MAX_OBJECT_ERROR: f32 = 0.25;
 const MAX_SHADOW_ERROR: f32 = 0.5;
 

@@ -10,9 +10,9 @@ use serde_json::Value;
 const CLIP: usize = 60;
 /// Small, because software Vulkan is slow.
 const SIZE: UVec2 = UVec2::new(96, 72);
-/// Memory that the second loop may need beyond the first, in MiB. What leaks does so with every picture, so it shows both from end to
-/// end and in the sum of small steps from picture to picture; each of these alone also has the buffers of software Vulkan in it that
-/// come and go within a frame, and are seen or not as the machine is busy.
+/// Memory that the second loop may need beyond the first, in MiB. What leaks does so with every picture, so it shows
+/// both from end to end and in the sum of small steps from picture to picture; each of these alone also has the buffers
+/// of software Vulkan in it that come and go within a frame, and are seen or not as the machine is busy.
 const LEAK_MIB: f64 = 16.0;
 /// A larger step is such a buffer.
 const DRIVER_STEP_MIB: f64 = 5.0;

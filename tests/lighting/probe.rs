@@ -134,7 +134,8 @@ fn the_environment_is_found_again_in_its_directions() {
     }
     let (mean, worst_angle) = (sum / count, axis.angle_between(worst.1).to_degrees());
     println!(
-        "mean error {:.2} % over {:.0} % of the sphere; worst {:.1} % towards {}, {worst_angle:.0}° off the axis of {:.0}°",
+        "mean error {:.2} % over {:.0} % of the sphere; worst {:.1} % towards {}, {worst_angle:.0}° off the axis \
+         of {:.0}°",
         1e2 * mean,
         count / 2e2,
         1e2 * worst.0,

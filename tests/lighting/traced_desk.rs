@@ -1,4 +1,5 @@
-//! Ray-traced pictures of a desk under any sky and any lamps, with what is known of them: a marker's paper, mirrored balls, folded paper.
+//! Ray-traced pictures of a desk under any sky and any lamps, with what is known of them: a marker's paper, mirrored
+//! balls, folded paper.
 
 use crate::sphere::upper_hemisphere;
 use bevy::{math::Affine3A, prelude::*};

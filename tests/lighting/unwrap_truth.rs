@@ -18,14 +18,16 @@ use bevy_mirrorball::{
     unwrap::UnwrapPlugin,
 };
 
-/// Worst channel of the irradiance from above against that of the clipped map. The studio's and the warehouse's lamps are smaller than a pixel of
-/// the ball, which clips after mixing and not before: the photographs' own pixels, summed over the exact solid angles that they mirror, are off by
-/// 26.4 and 26.1 % (0.8 % and less in the other rooms); with the lens's blur (0.5 pixels) left out it would be 9 and 10 %. Below that the unwrap gets only
-/// because it takes back what lamps have spread into their neighbors.
+/// Worst channel of the irradiance from above against that of the clipped map. The studio's and the warehouse's lamps
+/// are smaller than a pixel of the ball, which clips after mixing and not before: the photographs' own pixels, summed
+/// over the exact solid angles that they mirror, are off by 26.4 and 26.1 % (0.8 % and less in the other rooms); with
+/// the lens's blur (0.5 pixels) left out it would be 9 and 10 %. Below that the unwrap gets only because it takes back
+/// what lamps have spread into their neighbors.
 const IRRADIANCE_TOLERANCE: [f32; 5] = [0.25, 0.01, 0.01, 0.25, 0.01];
-/// Of the photograph's mean, for balls 170, 85 and 29 pixels wide: rooms full of edges, one of them nearly black, with the sensor's noise (1.5 to 2.3 % of
-/// the bright rooms, 10 % of the dark one's upper half). Of the large balls the cube's texels (0.7°, half a pixel, read bilinearly) lose most:
-/// at twice the edge length 0.6 % would be left of the studio's 1.7 %.
+/// Of the photograph's mean, for balls 170, 85 and 29 pixels wide: rooms full of edges, one of them nearly black, with
+/// the sensor's noise (1.5 to 2.3 % of the bright rooms, 10 % of the dark one's upper half). Of the large balls the
+/// cube's texels (0.7°, half a pixel, read bilinearly) lose most: at twice the edge length 0.6 % would be left of the
+/// studio's 1.7 %.
 const REPRODUCTION_TOLERANCE: [f32; 3] = [0.02, 0.02, 0.02];
 const REDUCTIONS: [u32; 3] = [1, 2, 6];
 /// What the photograph mixes with the background.
@@ -178,7 +180,8 @@ fn the_ball_rendered_from_its_cube_is_the_ball_of_the_photograph() {
                 count += 1.0;
             }
             println!(
-                "{room}: ball {:.0} px wide: mean error {:.2} % of the mean, mean of relative errors {:.2} %, {count} pixels",
+                "{room}: ball {:.0} px wide: mean error {:.2} % of the mean, mean of relative errors {:.2} %, \
+                 {count} pixels",
                 2.0 * outline.semi_axes.x,
                 100.0 * error / total,
                 100.0 * relative / count
@@ -225,8 +228,9 @@ fn photograph_in(room: &FramePixels) -> DeskPicture {
     }
 }
 
-/// Neighbors across the edge of two faces may differ by this much more of what they do in the room than neighbors within a face.
-/// Lookups on the CPU stop at a face's last texel centers, so that the half texels beyond them are flat and the step between is whole.
+/// Neighbors across the edge of two faces may differ by this much more of what they do in the room than neighbors
+/// within a face. Lookups on the CPU stop at a face's last texel centers, so that the half texels beyond them are flat
+/// and the step between is whole.
 const SEAM_TOLERANCE: f32 = 1.5;
 /// Thin lines are blurred by half a pixel, at the rim by 5°.
 const ROOM_TOLERANCE: f32 = 0.1;
@@ -282,7 +286,8 @@ fn labeled_axes_come_out_where_they_belong_and_lines_cross_the_edges_unbroken() 
         }
         let (across, within) = (across.0 / across.1, within.0 / within.1);
         println!(
-            "{name}: off by {:.3} on average; steps are {across:.2} times the room's across edges, {within:.2} times beside them",
+            "{name}: off by {:.3} on average; steps are {across:.2} times the room's across edges, {within:.2} \
+             times beside them",
             error / total
         );
         if let Some(path) = std::env::var_os("MIRRORBALL_PICTURES") {

@@ -1,4 +1,5 @@
-//! What virtual objects do to the picture of a real desk: dome shadows, lamps, materials and the edges between real and virtual.
+//! What virtual objects do to the picture of a real desk: dome shadows, lamps, materials and the edges between real and
+//! virtual.
 
 mod casters;
 mod desk;

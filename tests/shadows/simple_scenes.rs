@@ -1,5 +1,5 @@
-//! The simplest scenes: one ball, one box, or nothing virtual at all, at 8 to 400 pixels, under every count of samples and every way
-//! of computing visibility. What a crowded desk hides shows here.
+//! The simplest scenes: one ball, one box, or nothing virtual at all, at 8 to 400 pixels, under every count of samples
+//! and every way of computing visibility. What a crowded desk hides shows here.
 
 use crate::gpu;
 use bevy::{
@@ -37,8 +37,8 @@ struct Scene {
     dome: Entity,
 }
 
-/// Intrinsics of a camera that sees the thing this many pixels wide. The widest fills the picture; what lies outside is as smooth as
-/// what lies inside.
+/// Intrinsics of a camera that sees the thing this many pixels wide. The widest fills the picture; what lies outside is
+/// as smooth as what lies inside.
 fn intrinsics(pixels: f32) -> Intrinsics {
     let distance = EYE.distance(Vec3::Y * BALL_RADIUS);
     let focal = Vec2::splat(pixels * distance / (2.0 * BALL_RADIUS));
@@ -91,7 +91,8 @@ impl Scene {
         Picture { green: bytes.chunks_exact(4).map(|pixel| pixel[1]).collect() }
     }
 
-    /// Whether the driver's depths of triangles smaller than a pixel are off: those of `SwiftShader` are where a pixel has several samples.
+    /// Whether the driver's depths of triangles smaller than a pixel are off: those of `SwiftShader` are where a pixel
+    /// has several samples.
     fn is_coarse(&self, msaa: Msaa) -> bool {
         msaa != Msaa::Off && self.app.world().resource::<RenderAdapterInfo>().name.contains("SwiftShader")
     }

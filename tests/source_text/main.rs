@@ -1,5 +1,5 @@
-//! The text of the sources: comments that name a mirror or a twin, the width of lines, the length of files. Does not link
-//! the engine.
+//! The text of the sources: comments that name a mirror or a twin, the width of lines, the length of files. Does not
+//! link the engine.
 
 mod mirrors;
 mod size;

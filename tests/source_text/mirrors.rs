@@ -1,5 +1,5 @@
-//! Comments of the forms "Mirror of `Name` in `file`" and "Twin of `name`": structs and functions that exist in Rust and in
-//! WGSL and have to be changed together.
+//! Comments of the forms "Mirror of `Name` in `file`" and "Twin of `name`": structs and functions that exist in Rust
+//! and in WGSL and have to be changed together.
 
 use crate::{SourceFile, sources};
 

@@ -2,8 +2,8 @@
 
 use crate::sources;
 
-/// Columns of a line, as `rustfmt.toml` has it. Comments, strings and shaders, which `rustfmt` leaves alone, are wrapped by
-/// hand.
+/// Columns of a line, as `rustfmt.toml` has it. Comments, strings and shaders, which `rustfmt` leaves alone, are
+/// wrapped by hand.
 const MAX_COLUMNS: usize = 120;
 /// Lines of a file.
 const MAX_LINES: usize = 300;

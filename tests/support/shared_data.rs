@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-/// Path of something in the folder `shared/data` beside the checkout, or `None` with a printed reason where it is missing.
+/// Path of something in the folder `shared/data` beside the checkout, or `None` with a printed reason where it is
+/// missing.
 pub(crate) fn find(name: &str) -> Option<PathBuf> {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
     if path.exists() {

@@ -1,5 +1,5 @@
-//! The camera or the anchors move to where the markers are seen. Needs neither a GPU nor the AprilTag library: the detector
-//! of these tests says what it is told.
+//! The camera or the anchors move to where the markers are seen. Needs neither a GPU nor the AprilTag library: the
+//! detector of these tests says what it is told.
 
 use crate::lens::LENS;
 use bevy::{math::DVec2, prelude::*};

@@ -3,7 +3,8 @@
 use bevy::prelude::*;
 use bevy_mirrorball::tracking::MarkerPose;
 
-/// Translation error as a share of the camera's distance. The width of an edge's blur is about this share of the marker.
+/// Translation error as a share of the camera's distance. The width of an edge's blur is about this share of the
+/// marker.
 pub(crate) const DISTANCE_SHARE: f32 = 0.01;
 
 /// How far a pose is from the truth.

@@ -1,5 +1,5 @@
-//! Markers in pictures with known truth: rendered rooms, a recorded clip, a photograph and the sheet this crate prints give
-//! the same pose in the same axes.
+//! Markers in pictures with known truth: rendered rooms, a recorded clip, a photograph and the sheet this crate prints
+//! give the same pose in the same axes.
 
 use crate::pose_error::{DISTANCE_SHARE, PoseError};
 use crate::shared_data;
@@ -16,8 +16,8 @@ use std::{collections::BTreeMap, f32::consts::FRAC_PI_2, fs, path::Path};
 const SHARP_DEGREES: f32 = 0.3;
 /// Rotation against exact truth in the clip: half the resolution, and JPEG.
 const CLIP_DEGREES: f32 = 0.5;
-/// Corners against those that came with the photograph, in pixels (measured: 0.40). They were found in gamma-coded pixels,
-/// where blurred edges move.
+/// Corners against those that came with the photograph, in pixels (measured: 0.40). They were found in gamma-coded
+/// pixels, where blurred edges move.
 const VISP_PIXELS: f64 = 0.6;
 /// Rotation against the poses that came with it, which follow from those corners (measured: 0.23°).
 const VISP_DEGREES: f32 = 0.5;
@@ -215,7 +215,8 @@ mod photograph {
     #[test]
     fn poses_in_a_photograph_are_those_of_visp_with_its_axes_turned_to_ours() {
         let Some((found, _, poses)) = find() else { return };
-        // ViSP's tags have x to the right, y to the top edge and z out of the paper; its camera has y down and z forward.
+        // ViSP's tags have x to the right, y to the top edge and z out of the paper; its camera has y down and z
+        // forward.
         let visp_from_marker = Quat::from_rotation_x(FRAC_PI_2);
         let camera_from_cv = Quat::from_rotation_x(std::f32::consts::PI);
         for marker in found {

@@ -41,8 +41,8 @@ fn radiance(cells: &[Vec<bool>], x: f32, z: f32) -> f32 {
     }
 }
 
-/// A picture of the sheet lying at y = 0. Each pixel collects light from a square of `aperture` pixels, in nine rays for
-/// each pixel's width: 1 is sharp, more is out of focus.
+/// A picture of the sheet lying at y = 0. Each pixel collects light from a square of `aperture` pixels, in nine rays
+/// for each pixel's width: 1 is sharp, more is out of focus.
 fn photograph(marker_from_camera: Isometry3d, aperture: u32) -> FramePixels {
     let (intrinsics, cells, samples) = (LENS, cells(), 3 * aperture);
     let eye = marker_from_camera.translation;
@@ -141,8 +141,8 @@ fn the_sheet_of_marker_0_is_the_one_in_the_repository() {
     let committed = fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
     assert!(
         committed == svg,
-        "assets/markers/tag36h11-0.svg differs from what marker_sheet_svg(0, {SIZE}) draws. If the new drawing is right, run \
-         UPDATE_SNAPSHOTS=1 cargo test --test tracking print and commit the file"
+        "assets/markers/tag36h11-0.svg differs from what marker_sheet_svg(0, {SIZE}) draws. If the new drawing is \
+         right, run UPDATE_SNAPSHOTS=1 cargo test --test tracking print and commit the file"
     );
 }
 

@@ -1,5 +1,5 @@
-//! Rendered tags of different sizes and tilts, some of them dim or only 40 pixels wide, are posed as their renderer placed
-//! them. The pictures come from `ViSP`, whose axes differ from ours in both the tag and the camera.
+//! Rendered tags of different sizes and tilts, some of them dim or only 40 pixels wide, are posed as their renderer
+//! placed them. The pictures come from `ViSP`, whose axes differ from ours in both the tag and the camera.
 
 use crate::{
     pose_error::{DISTANCE_SHARE, PoseError},
@@ -20,8 +20,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Sides of the black squares of tags 0…4 in metres. `ViSP` gives the size only in its test program; these and the intrinsics
-/// are what maps its poses onto its corners (to 0.14…0.31 px root mean square).
+/// Sides of the black squares of tags 0…4 in metres. `ViSP` gives the size only in its test program; these and the
+/// intrinsics are what maps its poses onto its corners (to 0.14…0.31 px root mean square).
 const SIZES: [f64; 5] = [0.2, 0.2, 0.2, 0.1, 0.1];
 /// Rotation error. Any confusion of axes is at least 90°; the tags are 40…110 px wide.
 const DEGREES: f32 = 0.5;
@@ -39,8 +39,8 @@ fn read(path: &Path) -> String {
 
 /// The renderer's pose of a tag, turned to our axes.
 ///
-/// `ViSP`'s tags have x to the right, y to the top edge and z out of the paper: a quarter turn about x from our +Z to the
-/// bottom edge and +Y out of the paper. Its camera has y down and z forward: half a turn about x from Bevy's.
+/// `ViSP`'s tags have x to the right, y to the top edge and z out of the paper: a quarter turn about x from our +Z to
+/// the bottom edge and +Y out of the paper. Its camera has y down and z forward: half a turn about x from Bevy's.
 fn camera_from_marker(folder: &Path, id: usize) -> (DQuat, DVec3) {
     let rows = numbers(&read(&folder.join(format!("cMo_{id}.txt"))));
     let rows = DMat4::from_cols_slice(&rows).transpose();
@@ -52,8 +52,9 @@ fn camera_from_marker(folder: &Path, id: usize) -> (DQuat, DVec3) {
 
 /// Tags as the detector sees them in coded pixels.
 ///
-/// Not by `find_markers`: this renderer blends edges in coded values, which no lens does. Linear light is the wrong place to
-/// look for such edges: `find_markers` puts the corners 0.7 px too far out here, and the tags 1.6…2.7 % too near.
+/// Not by `find_markers`: this renderer blends edges in coded values, which no lens does. Linear light is the wrong
+/// place to look for such edges: `find_markers` puts the corners 0.7 px too far out here, and the tags 1.6…2.7 % too
+/// near.
 fn find() -> Option<(PathBuf, Vec<DetectedMarker>)> {
     let folder = shared_data::find("markers/visp_apriltag/benchmark/640x480")?;
     let frame = FramePixels::open(folder.join("tag36_11_640x480.png")).expect("a picture");

@@ -1,5 +1,5 @@
-//! What games see of webcams without a camera. Taking pictures from real drivers is tested beside the code, in a virtual
-//! machine: `scripts/test_webcam.sh`.
+//! What games see of webcams without a camera. Taking pictures from real drivers is tested beside the code, in a
+//! virtual machine: `scripts/test_webcam.sh`.
 
 use bevy::prelude::*;
 use bevy_mirrorball::{

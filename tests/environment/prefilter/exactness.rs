@@ -16,11 +16,13 @@ use bevy_mirrorball::{offscreen, prefilter::FilteredEnvironment};
 
 /// Half floats, and texels of a slope.
 const SMOOTH_TOLERANCE: f64 = 2e-3;
-/// The cosine's kink at the horizon cuts through blocks 11° wide, which count as evenly spread disks: the largest error of all.
+/// The cosine's kink at the horizon cuts through blocks 11° wide, which count as evenly spread disks: the largest error
+/// of all.
 const HORIZON_TOLERANCE: f64 = 8e-3;
 /// What a viewer could see in a slow gradient next to a correct one is 1 %; half of that.
 const DIFFUSE_RMSE: f64 = 5e-3;
-/// As much as rounding to 8 bits does to a mid gray; or half of what the engine's own filter is off, where that is more.
+/// As much as rounding to 8 bits does to a mid gray; or half of what the engine's own filter is off, where that is
+/// more.
 const GLOSSY_RMSE: f64 = 1e-2;
 /// Steps across cube edges relative to those the environment itself makes there.
 const SEAM_GROWTH: f64 = 1.5;

@@ -1,7 +1,7 @@
 //! Every shader of the crate composes and validates with the definitions of the pipelines that use it, without a GPU.
 //!
-//! Bevy's own [`ShaderCache`] does the work, with the very `naga` and `naga_oil` that run in the game; it validates in builds
-//! with debug assertions, as test builds are.
+//! Bevy's own [`ShaderCache`] does the work, with the very `naga` and `naga_oil` that run in the game; it validates in
+//! builds with debug assertions, as test builds are.
 
 use super::shader_files;
 use bevy::{

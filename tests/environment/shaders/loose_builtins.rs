@@ -3,8 +3,8 @@
 use super::shader_files;
 use std::path::Path;
 
-/// Builtins whose accuracy WGSL leaves wide open (WGSL, 15.7.4 "Floating Point Accuracy"), whose result depends on a driver's
-/// filtering, or whose steps are those of neighboring invocations.
+/// Builtins whose accuracy WGSL leaves wide open (WGSL, 15.7.4 "Floating Point Accuracy"), whose result depends on a
+/// driver's filtering, or whose steps are those of neighboring invocations.
 const LOOSE_BUILTINS: [&str; 27] = [
     "acos",
     "acosh",
@@ -81,8 +81,8 @@ fn every_use_of_a_builtin_of_poor_accuracy_is_known_and_harmless() {
     }
     assert!(
         found.is_empty(),
-        "{}\nUse `angle_of` and `unit_vector` of trigonometry.wgsl, tables from the CPU or algebra; or say in HARMLESS why the \
-         picture does not hang on it",
+        "{}\nUse `angle_of` and `unit_vector` of trigonometry.wgsl, tables from the CPU or algebra; or say in HARMLESS \
+         why the picture does not hang on it",
         found.join("\n")
     );
 }

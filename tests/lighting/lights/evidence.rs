@@ -22,7 +22,8 @@ fn evidence() -> [(&'static str, ClipRecovery); 3] {
     ]
 }
 
-/// The table of the module's documentation, its columns without a renderer: each room through the whole chain, tracking included.
+/// The table of the module's documentation, its columns without a renderer: each room through the whole chain, tracking
+/// included.
 #[test]
 fn a_table_of_rooms_by_evidence_shows_that_the_desk_tells_most() {
     let Some(folder) = shared_data::find("ar_truth") else { return };

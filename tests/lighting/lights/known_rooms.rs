@@ -33,7 +33,8 @@ fn recovered_light_shines_like_the_true_room() {
         let at_marker = Vec3::select(paper.cmplt(Vec3::splat(CLIPPED_PAPER)), off[7], Vec3::ZERO).max_element();
         let tilted = off[..7].iter().map(|off| off.max_element()).fold(0.0, f32::max);
         println!(
-            "{room}: {} regions, {} points, residual {:.3}, condition {:.0}; off at the marker {at_marker:.3}, tilted {tilted:.3}",
+            "{room}: {} regions, {} points, residual {:.3}, condition {:.0}; off at the marker {at_marker:.3}, \
+             tilted {tilted:.3}",
             solved.regions.len(),
             solved.points,
             solved.residual,

@@ -71,7 +71,8 @@ fn the_moving_lamp_of_the_recorded_desk_is_followed_as_one_light() {
     let mut steps: Vec<f32> = energies.windows(2).map(|pair| (pair[1] / pair[0] - 1.0).abs()).collect();
     steps.sort_by(f32::total_cmp);
     println!(
-        "lamp's power over the loop: standard deviation {:.3}, change from picture to picture {:.3} in half of them, {:.3} in nine of ten",
+        "lamp's power over the loop: standard deviation {:.3}, change from picture to picture {:.3} in half of \
+         them, {:.3} in nine of ten",
         variation(&energies),
         steps[steps.len() / 2],
         steps[steps.len() * 9 / 10]

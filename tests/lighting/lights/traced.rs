@@ -46,7 +46,8 @@ fn the_suns_of_ray_traced_balls_are_found_and_none_is_invented() {
 /// Seeds for pictures of balls under measured maps.
 const MAP_SEEDS: u64 = 5;
 
-/// A bright and a dark ball under a map. Interior: where its strongest lamp is, not how strong, for it clips in the dark ball too.
+/// A bright and a dark ball under a map. Interior: where its strongest lamp is, not how strong, for it clips in the
+/// dark ball too.
 #[test]
 fn the_strongest_lights_of_measured_maps_are_found_where_the_maps_have_them() {
     let Some(folder) = shared_data::find("hdr") else { return };

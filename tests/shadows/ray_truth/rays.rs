@@ -84,7 +84,8 @@ pub(crate) fn true_ratio(things: &[Thing], sky: &[(Vec3, Vec3)], place: Vec3) ->
     after / before.max(Vec3::splat(1e-9))
 }
 
-/// Places on the desk that the camera sees through the middles of pixels and that lie no nearer than a pixel to a thing's edge.
+/// Places on the desk that the camera sees through the middles of pixels and that lie no nearer than a pixel to a
+/// thing's edge.
 pub(crate) fn places(things: &[Thing]) -> Vec<Vec3> {
     let camera = Vec3::new(0.0, HEIGHT, 0.0);
     let place = |x: f32, y: f32| {
