@@ -63,7 +63,8 @@ if [ "$(uname -s)" = Linux ]; then export WGPU_BACKEND=vulkan; fi
 export MIRRORBALL_REQUIRE_GPU=1
 
 # the driver's own words: name and version
-cargo test --quiet --workspace --features egui,webcam "${locked[@]+"${locked[@]}"}" --test environment device::the_driver_is_named -- --nocapture |
+cargo test --quiet --workspace --features egui,webcam "${locked[@]+"${locked[@]}"}" \
+    --test environment device::the_driver_is_named -- --nocapture |
     grep '^driver:' || echo "driver: unknown, the test that names it failed"
 
 echo "tests: cargo test --workspace --features egui,webcam --no-fail-fast $*"

@@ -17,6 +17,7 @@ mod pose_truth;
 mod print;
 #[cfg(feature = "apriltag")]
 mod rendered_tags;
+#[cfg(feature = "apriltag")]
 #[path = "../support/shared_data.rs"]
 mod shared_data;
 #[cfg(feature = "webcam")]
