@@ -1,4 +1,4 @@
-//! What a filtered environment should be, in double precision, and what materials get from the one on the GPU.
+//! Reference for filtered environments in double precision, and a reader for the maps on the GPU.
 
 use crate::radiance_cube::texel;
 use bevy::{

@@ -1,4 +1,4 @@
-//! The virtual scene as an environment: what a probe in its middle sees, over what is behind.
+//! The virtual scene as an environment: what a scene probe sees in front of its background.
 
 use crate::{cubes, gpu, sky_cube::sky_cube};
 use bevy::{camera::visibility::RenderLayers, light::EnvironmentMapLight, prelude::*};

@@ -1,4 +1,4 @@
-//! The example `dance_stage` without a window: two loops of the shipped clip, and what it says of bad input.
+//! The example `dance_stage` without a window: two loops of the shipped clip, and its answers to bad input.
 
 use crate::built_example;
 use crate::built_example::scratch;

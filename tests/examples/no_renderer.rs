@@ -1,4 +1,4 @@
-//! Servers and tests run games without a graphics adapter: poses and scene logic go on, nothing panics.
+//! A game without a graphics adapter, as on a server: poses and scene logic go on, nothing panics.
 
 use bevy::{
     camera::RenderTarget,

@@ -1,4 +1,4 @@
-//! Light the camera clipped, recovered from what shows it darker: a dark ball, shorter exposures. Needs no GPU.
+//! Recovery of clipped light from darker views of it: a dark ball, shorter exposures. Needs no GPU.
 
 use crate::solved::{irradiance_from, irradiance_from_above, normals};
 use crate::traced_desk::{Lamp, TracedDesk};
@@ -16,7 +16,7 @@ use bevy_mirrorball::{
 };
 use std::{sync::Arc, time::Duration};
 
-/// Most that irradiance at tilted surfaces may be off with a dark ball beside the bright one, desk unseen.
+/// Maximum relative error of irradiance at tilted surfaces with a dark ball beside the bright one, without the desk.
 const DARK_BALL_TOLERANCE: f32 = 0.1;
 
 #[test]
@@ -52,11 +52,12 @@ fn a_dark_ball_tells_how_bright_the_lamps_are_without_the_desk() {
     }
 }
 
-/// Most that irradiance at tilted surfaces may be off with shorter exposures of the desk, desk unseen.
+/// Maximum relative error of irradiance at tilted surfaces with shorter exposures, without the desk.
 const SERIES_TOLERANCE: f32 = 0.03;
-/// Most that a lamp's own light may be off.
+/// Maximum relative error of a lamp's own light.
 const SERIES_LAMP_TOLERANCE: f32 = 0.04;
-/// The same where the exposure that shows the brightest lamp clips it, and the paper tells what is missing.
+/// Maximum relative error of the brightest lamp's own light where even the shorter exposure clips it and the paper
+/// gives the rest.
 const BOUND_LAMP_TOLERANCE: f32 = 0.1;
 
 /// Three lamps, 90, 18 and 4 times white in the picture, and how shorter exposures tell of them.

@@ -1,4 +1,4 @@
-//! The light of the real room: what balls, lenses and fallbacks give, and the lights solved from it.
+//! The light of the real room: environments from balls, lenses and fallbacks, and the lights solved from them.
 
 #[path = "../support/cubes.rs"]
 mod cubes;

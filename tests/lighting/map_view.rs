@@ -1,4 +1,4 @@
-//! Pictures of the maps that light a scene.
+//! Images of the maps that light a scene.
 
 use crate::{gpu, sky_cube::sky_cube};
 use bevy::prelude::*;

@@ -1,4 +1,4 @@
-//! The checklist and the diagnostics say what is so: on the photograph of a real desk, and when something is missing.
+//! The checklist and the diagnostics on the photograph of a real desk, and when something is missing.
 
 use crate::gpu;
 use bevy::{

@@ -1,4 +1,4 @@
-//! A ray-traced photograph of a mirrored ball goes in, the environment it was traced in comes out.
+//! The environment measured in a ray-traced photograph of a mirrored ball, against the one it was traced in.
 
 use crate::cubes;
 use crate::gpu;

@@ -1,4 +1,4 @@
-//! What a solution says of the light on surfaces.
+//! The light that a solution gives on surfaces.
 
 use bevy::prelude::*;
 use bevy_mirrorball::lighting::SolvedLight;

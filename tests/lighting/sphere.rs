@@ -1,4 +1,4 @@
-//! Directions that stand for the same solid angle each.
+//! Evenly spread directions, each with the same solid angle.
 
 use bevy::prelude::*;
 

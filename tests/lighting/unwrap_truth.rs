@@ -1,4 +1,4 @@
-//! What the unwrapped ball says against the light that the photographs were made with.
+//! The unwrapped ball against the light that its photographs were rendered with.
 
 use crate::cubes;
 use crate::gpu;

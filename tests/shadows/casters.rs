@@ -1,4 +1,4 @@
-//! Meshes that are bent, morphed or cut out cast the shadows of what is seen of them.
+//! Shadows of skinned, morphed and alpha-masked meshes.
 
 use crate::desk::{Desk, Shot};
 use bevy::{

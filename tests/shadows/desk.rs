@@ -1,4 +1,4 @@
-//! A phantom desk seen from above, under a sky of one radiance, for tests of its shadows.
+//! A phantom desk seen from above, under a uniform sky.
 
 use crate::drawing;
 use bevy::prelude::*;

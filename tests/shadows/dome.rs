@@ -1,4 +1,4 @@
-//! What dome shadows do to a picture of a desk seen from above, under a sky of one radiance.
+//! Dome shadows on the frame of a desk seen from above, under a uniform sky.
 
 use crate::desk;
 use crate::desk::{Desk, Shot, desk_picture};

@@ -1,4 +1,4 @@
-//! Apps that draw virtual things into frames, under light that the tests set: without marker tracking and light solver.
+//! Apps that draw virtual objects into frames, without marker tracking and light solver.
 
 use crate::gpu;
 use bevy::prelude::*;

@@ -1,4 +1,4 @@
-//! What virtual lamps do to the picture of a real desk, against photometry, under a sky of one radiance.
+//! Virtual lamps on the frame of a real desk under a uniform sky, against photometry.
 
 use crate::desk::{Desk, HEIGHT, INTRINSICS, SIZE, SKY, Shot};
 use bevy::{

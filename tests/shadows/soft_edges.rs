@@ -1,4 +1,4 @@
-//! Edges of phantoms that fade, against what a disc over a straight edge covers.
+//! Soft edges of phantoms, against the part of a disc that a straight edge covers.
 
 use crate::{
     desk::{INTRINSICS, SIZE},

@@ -1,4 +1,4 @@
-//! Cubes that hold a radiance by direction exactly at the centers of their texels.
+//! Cubes that hold a function of direction exactly at the centers of their texels.
 
 use bevy::{
     asset::RenderAssetUsages,

@@ -1,4 +1,4 @@
-//! Cubes that an equirectangular image was put into, as the files of users are.
+//! Cubes filled from an equirectangular image, as with the environment files of users.
 
 use bevy::prelude::*;
 use bevy_mirrorball::environment_map::{EquirectPixels, equirect_direction};

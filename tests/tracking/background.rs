@@ -1,4 +1,4 @@
-//! What the camera saw is what the game shows, where nothing virtual is in view.
+//! The frame behind the scene equals what the camera delivered, where nothing virtual covers it.
 
 use crate::gpu;
 use bevy::prelude::*;

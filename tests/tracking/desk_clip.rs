@@ -1,4 +1,4 @@
-//! The recorded desk that is shipped: every picture gives the camera's true pose. Needs no GPU.
+//! The shipped recording of a desk: every frame gives the true pose of the camera. Needs no GPU.
 
 use bevy::prelude::*;
 use bevy_mirrorball::{
@@ -9,9 +9,9 @@ use bevy_mirrorball::{
 use serde_json::Value;
 
 const CLIP: &str = "assets/desk_clip";
-/// Most that a pose may be off.
+/// Maximum error of the rotation, in degrees.
 const DEGREES: f32 = 0.5;
-/// The same for the camera's position, as a share of its distance from the marker.
+/// Maximum error of the camera's position, as a fraction of its distance from the marker.
 const SHARE: f32 = 0.01;
 const LOOPS: usize = 2;
 

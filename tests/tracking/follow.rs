@@ -17,11 +17,11 @@ use std::{
     time::Duration,
 };
 
-/// Side of the markers in metres.
+/// Side of the markers in meters.
 const SIZE: f32 = 0.1;
 /// Rotations pass through a handful of products in single precision.
 const RADIANS: f32 = 1e-5;
-/// The same for positions a few metres from the world's origin.
+/// The same for positions a few meters from the world's origin.
 const METRES: f32 = 1e-5;
 
 /// Markers that say so are found at full resolution only.

@@ -1,4 +1,4 @@
-//! The camera of the frames that these tests make up.
+//! The camera of synthetic frames.
 
 use bevy::prelude::*;
 use bevy_mirrorball::prelude::*;

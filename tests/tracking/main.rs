@@ -1,4 +1,4 @@
-//! What comes in and where it is: camera feeds, the frame behind the scene, markers and poses, authored scenes.
+//! Camera feeds, the frame behind the scene, marker detection and poses, and authored scenes.
 
 mod authoring;
 mod background;

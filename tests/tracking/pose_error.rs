@@ -1,4 +1,4 @@
-//! How far a measured pose is from the true one.
+//! The error of a measured pose.
 
 use bevy::prelude::*;
 use bevy_mirrorball::tracking::MarkerPose;

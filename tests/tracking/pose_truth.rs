@@ -139,7 +139,7 @@ mod recorded_clip {
 mod photograph {
     use super::*;
 
-    /// Side of the black squares in metres.
+    /// Side of the black squares in meters.
     const SIZE: f64 = 0.053;
 
     const INTRINSICS: Intrinsics = Intrinsics {

@@ -1,4 +1,4 @@
-//! The sheet this crate prints carries the marker the detector reads, in the same axes and the promised size.
+//! The printed marker sheet against the detector: the same marker, the same axes and the promised size.
 
 use crate::{
     lens::LENS,
@@ -11,11 +11,11 @@ use bevy_mirrorball::{
 };
 use std::{fs, path::Path};
 
-/// Side of the black square in metres.
+/// Side of the black square in meters.
 const SIZE: f32 = 0.10;
 /// Cells along a side of the sheet: the black square has 8, its white margin adds one on each side.
 const SHEET_CELLS: usize = 10;
-/// Side of a cell in metres.
+/// Side of a cell in meters.
 const CELL: f32 = SIZE / 8.0;
 /// Rotation: an object 0.2 m from the marker is then off by about 1 mm.
 const DEGREES: f32 = 0.3;
@@ -101,7 +101,7 @@ fn a_sheet_out_of_focus_does_not_look_farther_away() {
     assert_pose_is_recovered("four pixels of blur", camera(Vec3::new(-0.25, 0.55, 0.40), 0.4), 4);
 }
 
-/// Top-left corners of the black cells of a sheet, in millimetres on the page.
+/// Top-left corners of the black cells of a sheet, in millimeters on the page.
 fn black_cells(svg: &str) -> Vec<DVec2> {
     let path = svg.split_once("<path d=\"").and_then(|(_, rest)| rest.split_once('"')).expect("a path of cells").0;
     let cells = path.split('M').filter(|cell| !cell.is_empty());

@@ -20,7 +20,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Sides of the black squares of tags 0…4 in metres. `ViSP` gives the size only in its test program; these and the
+/// Sides of the black squares of tags 0…4 in meters. `ViSP` gives the size only in its test program; these and the
 /// intrinsics are what maps its poses onto its corners (to 0.14…0.31 px root mean square).
 const SIZES: [f64; 5] = [0.2, 0.2, 0.2, 0.1, 0.1];
 /// Rotation error. Any confusion of axes is at least 90°; the tags are 40…110 px wide.

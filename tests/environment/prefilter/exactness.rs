@@ -1,4 +1,4 @@
-//! Maps against sums in double precision, and white things in a white furnace.
+//! Filtered maps against sums in double precision, and white objects in a white furnace.
 
 use super::{FURNACE_TOLERANCE, cube, diffuse_and_glossy, lit_app, maps_source, worst_error};
 use crate::{

@@ -1,4 +1,4 @@
-//! Filtered environments against double precision sums on the CPU, and white things in a white furnace.
+//! Environments filtered on the GPU for the engine.
 
 mod exactness;
 mod refresh;
@@ -22,7 +22,7 @@ use bevy_mirrorball::{
 /// Half floats have 11 significant bits; sums of thousands of them in single precision stay within a few such steps.
 const FURNACE_TOLERANCE: f64 = 1e-3;
 
-/// To wait for shaders and filters.
+/// Deadline for shaders and filters.
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(120);
 
 /// A cube of a radiance by direction.

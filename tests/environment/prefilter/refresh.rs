@@ -1,4 +1,4 @@
-//! When maps are filtered again, and who shares them.
+//! When maps are filtered again, and which entities share them.
 
 use super::{cube, diffuse_and_glossy, lit_app, maps_source, shown};
 use crate::radiance_cube::texel;

@@ -1,4 +1,4 @@
-//! What may be filtered: cubes, equirectangular images, renders; what is no environment is refused.
+//! Sources of environments: cubes, equirectangular images and renders; other images are refused.
 
 use super::{FURNACE_TOLERANCE, cube, diffuse_and_glossy, lit_app, shown, worst_error};
 use bevy::{

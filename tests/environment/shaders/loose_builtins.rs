@@ -1,4 +1,4 @@
-//! Builtins whose results differ between drivers, and why they do no harm where they are used.
+//! Builtins whose results differ between drivers, each with the reason why its use is harmless.
 
 use super::shader_files;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! A game that sees a desk and measures its light.
+//! A game that tracks a desk and measures its light.
 
 use crate::truth::phantom_meshes;
 use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};

@@ -1,4 +1,4 @@
-//! What each kind of evidence tells of clipped light, through the whole chain.
+//! The error of recovered light by the kind of evidence, through the whole chain.
 
 use super::{SELF_CHECK, TILTED_TOLERANCE, desk_app::desk_app};
 use crate::{
@@ -13,7 +13,7 @@ use bevy_mirrorball::{
     probe::{ClipEvidence, ClipRecovery},
 };
 
-/// What tells how bright clipped light is, from nothing to the whole desk, and how each step is called.
+/// The kinds of evidence for the brightness of clipped light, from none to the whole desk, each with its name.
 fn evidence() -> [(&'static str, ClipRecovery); 3] {
     [
         ("clipped light as white", ClipRecovery { is_enabled: false, ..default() }),

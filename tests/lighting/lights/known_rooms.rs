@@ -10,7 +10,7 @@ use bevy::prelude::*;
 use bevy_mirrorball::lighting::{DeskPicture, SolverCache, solve_light};
 use std::sync::Arc;
 
-/// Most that irradiance at the marker may be off, per channel, where the paper is not clipped.
+/// Maximum relative error of irradiance at the marker, per channel, where the paper is not clipped.
 const MARKER_TOLERANCE: f32 = 0.1;
 /// Paper brighter than this in a channel is clipped in part.
 const CLIPPED_PAPER: f32 = 0.95;

@@ -1,4 +1,4 @@
-//! Light the camera clipped, recovered from what stands on the desk, and the lights in it. Needs no GPU.
+//! Recovery of clipped light from what stands on the desk, and detection of lights in it. Needs no GPU.
 
 #[cfg(feature = "apriltag")]
 mod desk_app;
@@ -11,15 +11,15 @@ mod traced;
 
 use bevy_mirrorball::camera::FramePixels;
 
-/// Most that irradiance at tilted surfaces may be off.
+/// Maximum relative error of irradiance at tilted surfaces.
 const TILTED_TOLERANCE: f32 = 0.25;
-/// Most that a light's direction may be off, degrees.
+/// Maximum error of the direction of a light, in degrees.
 const KEY_LIGHT_DEGREES: f32 = 3.0;
 /// Standard deviation of the noise of a camera, in steps of 8-bit sRGB.
 const NOISE: f32 = 1.5;
-/// Most that the energy of a light may vary, standard deviation ÷ mean.
+/// Maximum variation of the energy of a light, standard deviation ÷ mean.
 const ENERGY_VARIATION: f32 = 0.05;
-/// Most that a virtual ball over the real one may differ, sRGB-encoded.
+/// Maximum RMSE of a virtual ball over the real one, sRGB-encoded.
 #[cfg(feature = "apriltag")]
 const SELF_CHECK: f32 = 0.1;
 

@@ -1,4 +1,4 @@
-//! The recorded desk, around which a lamp moves.
+//! The moving lamp of the recorded desk.
 
 use super::{SELF_CHECK, desk_app::desk_app, variation};
 use crate::truth::{sidecar, vector};
@@ -11,11 +11,12 @@ use std::path::Path;
 
 const CLIP: &str = "assets/desk_clip";
 
-/// Most that the moving lamp's power may change from picture to picture, in half of them.
+/// Maximum relative change of the moving lamp's power from frame to frame, in half of them.
 const ENERGY_STEP: f32 = 0.1;
-/// Most that the moving lamp's direction may be off in half of the pictures, degrees.
+/// Maximum error of the moving lamp's direction in half of the frames, in degrees.
 const LAMP_DEGREES: f32 = 4.0;
-/// Most that its place, told by the shadows on the desk, may be off in half of the pictures, share of its distance.
+/// Maximum error of the moving lamp's position, found from the shadows on the desk, in half of the frames, as a
+/// fraction of its distance.
 const LAMP_MISPLACED: f32 = 0.15;
 
 fn sorted(mut ids: Vec<u32>) -> Vec<u32> {

@@ -99,7 +99,7 @@ fn strongest_light(map: &EquirectPixels) -> Vec3 {
     around(strongest.expect("texels").0).map(|(dir, energy)| *dir * *energy).sum::<Vec3>().normalize()
 }
 
-/// Most that the match of two cameras may be off.
+/// Maximum relative error of the match of two cameras.
 const MATCH_TOLERANCE: f32 = 0.02;
 
 #[test]
@@ -125,7 +125,7 @@ fn two_cameras_are_matched_by_the_paper_both_see() {
     assert_eq!(match_cameras(&first, &DeskPicture { frame: dark, ..second }), None, "clipped paper tells nothing");
 }
 
-/// Most that folded paper leaves of a lamp's error.
+/// Maximum relative error of a lamp with folded paper on the desk.
 const TENT_TOLERANCE: f32 = 0.1;
 
 #[test]
@@ -152,7 +152,7 @@ fn folded_paper_tells_two_lamps_apart_that_flat_paper_cannot() {
     assert!(off[1].iter().all(|off| off.abs() <= TENT_TOLERANCE), "{:?}", off[1]);
 }
 
-/// Most that a near lamp is misplaced by two balls, share of its distance.
+/// Maximum error of the position of a near lamp from two balls, as a fraction of its distance.
 const MISPLACED: f32 = 0.15;
 
 #[test]

@@ -1,4 +1,4 @@
-//! A ball that is covered or cut off.
+//! Balls that are covered or cut off.
 
 use super::{
     BALL, BALL_TOLERANCE, INTRINSICS, SIZE, add_ball, add_camera, app, judge, looking_at, photograph, read, settle,

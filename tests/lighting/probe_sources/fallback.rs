@@ -1,4 +1,4 @@
-//! Light without a ball, and the change to measured light.
+//! Fallback light without a ball, and the transition to measured light.
 
 use super::{BALL, BALL_TOLERANCE, add_ball, add_camera, app, judge, looking_at, photograph, read, settle, smooth};
 use bevy::{light::EnvironmentMapLight, prelude::*};

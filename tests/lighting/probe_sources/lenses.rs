@@ -1,4 +1,4 @@
-//! Cameras with wide lenses as light probes, alone and beside a ball.
+//! Light probe cameras with wide lenses, alone and beside a ball.
 
 use super::{
     BALL, BALL_TOLERANCE, LENS_TOLERANCE, add_ball, add_camera, app, judge, looking_at, photograph, picture, read,

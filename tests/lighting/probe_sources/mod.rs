@@ -1,4 +1,4 @@
-//! What lights a scene when the ball is covered, cut off or missing: earlier views, other cameras, a fitted sky.
+//! Sources of light when the ball is covered, cut off or missing: earlier frames, other cameras, a fitted sky.
 
 mod ball;
 mod fallback;

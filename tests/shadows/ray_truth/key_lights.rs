@@ -1,4 +1,4 @@
-//! Lamps: found in the sky, near, or of a file.
+//! Key lights: distant, near, and from a lights file.
 
 use super::rays::{CUBE_EDGE, RAYS, compare, furnished_desk, places, set_dome, sky, things, true_ratio, truth};
 use crate::sky_cube::sky_cube;

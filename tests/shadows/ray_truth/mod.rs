@@ -1,4 +1,4 @@
-//! The dome's shadows against rays: what share of the sky's light reaches a place on a desk between boxes and balls.
+//! Dome shadows against ray casting: the fraction of the sky's light that reaches a desk between boxes and balls.
 
 mod key_lights;
 mod rays;

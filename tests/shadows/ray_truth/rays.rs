@@ -1,4 +1,4 @@
-//! Things on a desk, and by rays how much light they leave to each place.
+//! Objects on a desk, and the light that reaches each place between them by ray casting.
 
 use crate::desk::{Desk, HEIGHT, INTRINSICS, SIZE, Shot};
 use bevy::prelude::*;

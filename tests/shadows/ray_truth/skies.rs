@@ -1,4 +1,4 @@
-//! A whole sky of light, even or photographed.
+//! Shadows under whole skies, uniform and photographed.
 
 use super::rays::{CUBE_EDGE, compare, furnished_desk, set_dome, sky, things, truth};
 use crate::shared_data;

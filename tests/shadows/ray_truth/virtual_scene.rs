@@ -1,4 +1,4 @@
-//! A scene without probe and phantoms.
+//! Shadows in a scene without probe and phantoms, at any scale.
 
 use super::rays::{Thing, sky, things, truth};
 use crate::{
@@ -65,7 +65,7 @@ fn without_probe_and_phantoms_the_cameras_environment_map_casts_shadows_at_any_s
     let rotation = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
     let all_virtual: Vec<Thing> = things().into_iter().map(|thing| Thing { is_real: false, ..thing }).collect();
     let truth = truth(&all_virtual, &sky(|dir| light(rotation.inverse() * dir)));
-    // Things of half a centimetre, a desk, and a hall with things of three metres.
+    // Things of half a centimeter, a desk, and a hall with things of three meters.
     for scale in [0.1, 1.0, 20.0] {
         let Some((mut app, picture, open)) = virtual_scene(scale, sky_cube(64, light), rotation) else { return };
         (0..12).for_each(|_| app.update());

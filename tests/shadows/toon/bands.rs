@@ -1,4 +1,4 @@
-//! Bands of light and shadow.
+//! Bands of light and shadow on toon surfaces.
 
 use super::studio::{COLOR_TOLERANCE, Picture, SIZE, Studio, ball_mesh, normals, toon};
 use bevy::{camera::RenderTarget, prelude::*};

@@ -1,4 +1,4 @@
-//! Toon surfaces against the light that is known: one lamp, a sky of known irradiance, the shadow of a wall.
+//! Toon surfaces under known light: one lamp, a sky of known irradiance, the shadow of a wall.
 
 mod bands;
 mod outline;

@@ -1,4 +1,4 @@
-//! Outlines: their width, their corners, and bones.
+//! Outlines: width, corners and skinned meshes.
 
 use super::studio::{EXTENT, RADIUS, SIZE, Studio, toon};
 use bevy::{

@@ -1,4 +1,4 @@
-//! A ball before a camera without tone mapping, and what its picture shows.
+//! A ball in front of a camera without tone mapping, and the images of it.
 
 use crate::{
     drawing,
@@ -15,7 +15,7 @@ use bevy_mirrorball::{camera::srgb_to_linear, offscreen, prelude::*};
 pub(crate) const COLOR_TOLERANCE: f32 = 0.02;
 
 pub(crate) const SIZE: UVec2 = UVec2::new(96, 96);
-/// Half the camera's vertical extent in metres; the camera is orthographic, so pixels are normals of a ball.
+/// Half the camera's vertical extent in meters; the camera is orthographic, so pixels are normals of a ball.
 pub(crate) const EXTENT: f32 = 0.6;
 pub(crate) const RADIUS: f32 = 0.5;
 pub(crate) const BACKGROUND: Color = Color::linear_rgb(0.0, 0.0, 0.5);

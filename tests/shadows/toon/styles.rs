@@ -1,4 +1,4 @@
-//! Styles that change, with what they leave behind.
+//! Changes of surface style at run time.
 
 use super::studio::{COLOR_TOLERANCE, SIZE, Studio, ball_mesh, toon};
 use bevy::prelude::*;

@@ -1,4 +1,4 @@
-//! Files read from disk, and what is wrong with them.
+//! Components read from files on disk, and errors in those files.
 
 use super::{DESK_FOLDER, complete_set, desk_components, document, folder, glb, write};
 use bevy::prelude::*;

@@ -1,4 +1,4 @@
-//! Shorter exposures among the frames that are shown.
+//! Shorter exposures between the frames that are shown.
 
 use super::search::{Gate, Gated};
 use super::{SIZE, gray, player, state, statistics, update_until, write_clip};

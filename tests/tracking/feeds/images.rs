@@ -1,4 +1,4 @@
-//! Image files, images of the game, and what another camera draws.
+//! Feeds from image files, from images of the game, and from what another camera draws.
 
 use super::{SIDECAR, SIZE, gray, player, state, statistics, update_until, write_clip};
 use crate::gpu;

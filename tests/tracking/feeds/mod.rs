@@ -1,4 +1,4 @@
-//! Pictures come from clips, images and games, in the background or in lockstep, and trouble is a state.
+//! Camera feeds from clips, images and games, in the background or in lockstep; errors are states.
 
 mod clips;
 mod exposure_series;
@@ -16,7 +16,7 @@ use std::{
 };
 
 const SIZE: UVec2 = UVec2::new(8, 6);
-/// To wait for what happens in the background.
+/// Deadline for what happens in the background.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// An app that plays feeds and draws nothing.

@@ -1,4 +1,4 @@
-//! Frames and the search for markers in them, which takes its time.
+//! Frames and marker detection, which runs in the background.
 
 use super::{SIZE, gray, player, statistics, update_until};
 use bevy::prelude::*;
