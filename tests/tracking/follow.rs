@@ -22,7 +22,7 @@ const SIZE: f32 = 0.1;
 /// Rotations pass through a handful of products in single precision.
 const RADIANS: f32 = 1e-5;
 /// The same for positions a few meters from the world's origin.
-const METRES: f32 = 1e-5;
+const METERS: f32 = 1e-5;
 
 /// Markers that say so are found at full resolution only.
 const HARD_TO_READ: u32 = 2;
@@ -124,7 +124,7 @@ fn assert_same(found: Isometry3d, expected: Isometry3d) {
     let turn = 2.0 * (found.rotation * expected.rotation.inverse()).xyz().length();
     let shift = found.translation.distance(expected.translation);
     println!("off by {turn} rad and {shift} m");
-    assert!(turn < RADIANS && shift < METRES, "{found:?} instead of {expected:?}: {turn} rad, {shift} m");
+    assert!(turn < RADIANS && shift < METERS, "{found:?} instead of {expected:?}: {turn} rad, {shift} m");
 }
 
 #[test]

@@ -23,7 +23,7 @@ use bevy_mirrorball::{
 const FURNACE_TOLERANCE: f64 = 1e-3;
 
 /// Deadline for shaders and filters.
-const PATIENCE: std::time::Duration = std::time::Duration::from_secs(120);
+const MAX_WAIT: std::time::Duration = std::time::Duration::from_secs(120);
 
 /// A cube of a radiance by direction.
 fn cube(edge: usize, radiance: impl Fn(DVec3) -> DVec3) -> Image {
@@ -48,7 +48,7 @@ fn lit_app(source: Image) -> Option<(App, Entity, Handle<Image>)> {
     );
     let camera = app.world_mut().spawn(camera).id();
     // Shaders are loaded in the background, which takes its time on a busy machine.
-    offscreen::update_until(&mut app, "filtering the environment", PATIENCE, |app| {
+    offscreen::update_until(&mut app, "filtering the environment", MAX_WAIT, |app| {
         let state = app.world().get::<EnvironmentState>(camera);
         !matches!(state, Some(EnvironmentState::Live { refreshes: 0, .. } | EnvironmentState::Waiting))
     })

@@ -17,7 +17,7 @@ use std::{
 
 const SIZE: UVec2 = UVec2::new(8, 6);
 /// Deadline for what happens in the background.
-const PATIENCE: Duration = Duration::from_secs(60);
+const MAX_WAIT: Duration = Duration::from_secs(60);
 
 /// An app that plays feeds and draws nothing.
 fn player() -> App {
@@ -53,10 +53,10 @@ fn gray(app: &App, camera: Entity) -> Option<u8> {
     app.world().get::<CameraFrame>(camera).map(|frame| frame.pixels.rgb8(3, 3)[1])
 }
 
-/// Updates until something is true, at most for [`PATIENCE`].
+/// Updates until something is true, at most for [`MAX_WAIT`].
 fn update_until(app: &mut App, mut done: impl FnMut(&mut App) -> bool) -> bool {
     let started = Instant::now();
-    while started.elapsed() < PATIENCE {
+    while started.elapsed() < MAX_WAIT {
         app.update();
         if done(app) {
             return true;
