@@ -2,13 +2,13 @@
 //!
 //! `cargo bench --profile dev --features egui,webcam --bench environment -- --csv environment.csv`
 //!
-//! In the development profile, so that what `cargo test` has built is used: all measured work is the graphics driver's. The
-//! columns are `map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam`. Rows with mip `all` are what a frame
-//! without cameras takes longer than one in which nothing is filtered (ratio = Bevy ÷ ours), alternating in blocks; with the map
-//! `picture` ours is the whole way from a camera's picture, against the generator at 256². The others are errors relative to the sums that
-//! each filter approximates, and steps across cube edges relative to the true ones there, of the diffuse map and by perceptual
-//! roughness. `--directions N` compares at 6·N² directions (defaults to 16, 0 leaves that out), `--blocks N`
-//! measures that many pairs of blocks (0: none).
+//! In the development profile, so that what `cargo test` has built is used: all measured work is the graphics driver's.
+//! The columns are `map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam`. Rows with mip `all`
+//! are what a frame without cameras takes longer than one in which nothing is filtered (ratio = Bevy ÷ ours),
+//! alternating in blocks; with the map `picture` ours is the whole way from a camera's picture, against the generator
+//! at 256². The others are errors relative to the sums that each filter approximates, and steps across cube edges
+//! relative to the true ones there, of the diffuse map and by perceptual roughness. `--directions N` compares at 6·N²
+//! directions (defaults to 16, 0 leaves that out), `--blocks N` measures that many pairs of blocks (0: none).
 
 #[path = "../tests/environment/filter_truth.rs"]
 mod filter_truth;
@@ -90,7 +90,8 @@ fn app<B: Bundle>(edge: usize, texels: &[DVec3], light: impl FnOnce(Handle<Image
     Ok((app, entity))
 }
 
-/// An app in which every frame brings a new 640 × 480 picture of a ball 100 pixels wide: picture → cube → filtered maps.
+/// An app in which every frame brings a new 640 × 480 picture of a ball 100 pixels wide: picture → cube → filtered
+/// maps.
 struct WholePath {
     app: App,
     camera: Entity,
