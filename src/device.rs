@@ -4,7 +4,7 @@
 //!
 //! # Budget
 //! Everything keeps within WebGPU's default limits, per shader stage 16 sampled textures, 16 samplers, 8 storage buffers, 12
-//! uniform buffers and 4 storage textures, in 4 bind groups, and needs no optional feature. `tests/device.rs` counts.
+//! uniform buffers and 4 storage textures, in 4 bind groups, and needs no optional feature. `tests/environment/device.rs` counts.
 
 use bevy::{
     prelude::*,

@@ -1,5 +1,5 @@
 // Environment cube → irradiance and glossy maps, as Bevy's EnvironmentMapLight reads them. The double-precision
-// reference is in tests/filter_truth.
+// reference is in tests/environment/filter_truth.rs.
 //
 // Definitions: INNER_TAPS, MIDDLE_TAPS, OUTER_TAPS for `glossy_taps`; COPIES for a `halve` that copies the source, too.
 
