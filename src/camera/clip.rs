@@ -1,6 +1,6 @@
 //! Recorded clips: a folder of pictures and a sidecar.
 
-use super::{CameraError, Intrinsics, exposure_series::is_exposure};
+use super::{CameraError, Intrinsics, bracketing::is_exposure};
 use bevy::prelude::*;
 use serde::Deserialize;
 use std::{

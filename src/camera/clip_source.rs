@@ -2,8 +2,8 @@
 
 use super::{
     CameraError, Clip, FeedPace, FeedState,
-    feed::Picture,
-    source::{Arrival, Decoded, FrameSource},
+    image_file::Decoded,
+    source::{Arrival, FrameSource, Picture},
 };
 use bevy::{
     prelude::*,

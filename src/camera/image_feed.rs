@@ -2,8 +2,8 @@
 
 use super::{
     CameraError, CameraFeed, FramePixels,
-    feed::{FeedSource, Picture},
-    source::{Arrival, FrameSource},
+    feed::FeedSource,
+    source::{Arrival, FrameSource, Picture},
 };
 use bevy::{
     ecs::observer::On,
@@ -36,8 +36,15 @@ fn deliver(slot: &Slot, convert: impl FnOnce() -> Result<FramePixels, CameraErro
 }
 
 /// The source of a feed that shows an image.
-#[derive(Default)]
 pub(super) struct ImageSource(Slot);
+
+impl ImageSource {
+    /// A source, and where to put the pixels that it shows.
+    pub(super) fn new() -> (Self, ImageSlot) {
+        let slot = Slot::default();
+        (Self(slot.clone()), ImageSlot { slot, is_filled: false })
+    }
+}
 
 impl FrameSource for ImageSource {
     fn poll(&mut self, now: Duration) -> Arrival {
@@ -58,10 +65,6 @@ impl FrameSource for ImageSource {
             // The game may change the image.
             Err(error) => Arrival::lost(&error),
         }
-    }
-
-    fn image_slot(&self) -> Option<ImageSlot> {
-        Some(ImageSlot { slot: self.0.clone(), is_filled: false })
     }
 }
 

@@ -32,13 +32,17 @@
 //! again take over.
 
 mod background_pass;
+mod bracketing;
 mod clip;
 mod clip_source;
-mod exposure_series;
+mod error;
 mod feed;
+mod feed_state;
 mod frame;
 mod image_feed;
+mod image_file;
 mod intrinsics;
+mod open_feed;
 mod poll;
 mod projection;
 mod source;
@@ -46,9 +50,11 @@ mod upload;
 #[cfg(feature = "webcam")]
 mod webcam;
 
+pub use bracketing::{ShorterFrame, ShorterFrames};
 pub use clip::Clip;
-pub use exposure_series::{ShorterFrame, ShorterFrames};
-pub use feed::{CameraError, CameraFeed, FeedPace, FeedState, FeedStatistics};
+pub use error::CameraError;
+pub use feed::{CameraFeed, FeedPace};
+pub use feed_state::{FeedState, FeedStatistics};
 pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
 pub use intrinsics::Intrinsics;
 pub use projection::{FrameFit, FrameMapping, IntrinsicsProjection};

@@ -2,9 +2,9 @@
 
 use super::{
     CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics, ShorterFrame, ShorterFrames,
-    feed::Picture,
     image_feed::{ImageReader, ImageSlot},
-    source::{self, OpenFeed},
+    open_feed::{OpenFeed, open},
+    source::Picture,
 };
 use bevy::prelude::*;
 
@@ -28,12 +28,12 @@ pub(super) fn open_feeds(
         for reader in children.into_iter().flatten().filter(|child| readers.contains(**child)) {
             commands.entity(*reader).despawn();
         }
-        match source::open(feed) {
-            Ok(open) => {
-                if let Some(slot) = open.0.image_slot() {
+        match open(feed) {
+            Ok((source, slot)) => {
+                commands.entity(camera).insert(source);
+                if let Some(slot) = slot {
                     commands.entity(camera).insert(slot);
                 }
-                commands.entity(camera).insert(open);
                 state.set_if_neq(FeedState::Waiting);
             }
             Err(error) => say(camera, &mut state, FeedState::Failed(error.to_string())),

@@ -1,0 +1,67 @@
+//! Image files, decoded at once or in the background.
+
+use super::{CameraError, FramePixels, Intrinsics, source::Picture};
+use bevy::{
+    prelude::*,
+    tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
+};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+impl FramePixels {
+    /// Reads and decodes a picture file.
+    ///
+    /// # Errors
+    /// [`CameraError::Picture`] names the file and what was wrong with it.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, CameraError> {
+        let path = path.as_ref();
+        let fail = |source| CameraError::Picture { path: path.to_owned(), source };
+        let picture = image::ImageReader::open(path)
+            .and_then(image::ImageReader::with_guessed_format)
+            .map_err(|error| fail(error.into()))?
+            .decode()
+            .map_err(fail)?
+            .into_rgba8();
+        Ok(Self { size: UVec2::new(picture.width(), picture.height()), rgba: picture.into_raw() })
+    }
+}
+
+/// A picture file that is being decoded in the background.
+pub(super) struct Decoding(Task<Decoded>);
+
+/// A decoded picture file, or why there is none, and how long it took.
+pub(super) struct Decoded {
+    pixels: Result<FramePixels, CameraError>,
+    time: Duration,
+}
+
+impl Decoding {
+    pub(super) fn start(path: PathBuf) -> Self {
+        Self(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(async move { Decoded::from_file(&path) }))
+    }
+
+    /// The picture once it is there.
+    pub(super) fn finish(&mut self) -> Option<Decoded> {
+        check_ready(&mut self.0)
+    }
+}
+
+impl Decoded {
+    pub(super) fn from_file(path: &Path) -> Self {
+        let started = Instant::now();
+        let pixels = FramePixels::open(path);
+        Self { pixels, time: started.elapsed() }
+    }
+
+    pub(super) fn into_picture(
+        self,
+        captured: Duration,
+        intrinsics: Option<Intrinsics>,
+    ) -> Result<Picture, CameraError> {
+        let pixels = Arc::new(self.pixels?);
+        Ok(Picture { pixels, captured, decode_time: self.time, intrinsics, exposure: 1.0 })
+    }
+}
