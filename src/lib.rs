@@ -108,8 +108,9 @@ pub mod shadows;
 pub mod materials;
 pub mod authoring;
 pub mod debug;
-pub mod offscreen;
+pub mod headless;
 mod device;
+mod panic_text;
 mod schedule;
 mod trigonometry;
 
@@ -129,6 +130,13 @@ pub mod environment {
 #[doc(hidden)]
 pub mod stage {
     pub use crate::phantom::{PhantomPlugin as StagePlugin, *};
+}
+
+/// Old name of [`headless`].
+#[deprecated(since = "0.1.0", note = "use `headless`")]
+#[doc(hidden)]
+pub mod offscreen {
+    pub use crate::headless::{HeadlessError as OffscreenError, *};
 }
 
 use bevy::{app::PluginGroupBuilder, prelude::*};

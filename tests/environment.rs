@@ -16,7 +16,7 @@ use bevy::{
 };
 use bevy_mirrorball::{
     environment_map::CubePixels,
-    offscreen,
+    headless,
     prefilter::{DeskParallax, EnvironmentState, FilteredEnvironment, LiveEnvironment, PrefilterPlugin, Refresh},
 };
 use filter_truth::{ROUGHNESSES, Truth, brightest, relative_rmse, seam, texel};
@@ -51,7 +51,7 @@ fn lit_app(source: Image) -> Option<(App, Entity, Handle<Image>)> {
         app.add_plugins(PrefilterPlugin);
     })?;
     let source = app.world_mut().resource_mut::<Assets<Image>>().add(source);
-    let (picture, target) = offscreen::add_target(&mut app, UVec2::new(96, 64));
+    let (picture, target) = headless::add_target(&mut app, UVec2::new(96, 64));
     let camera = (
         Camera3d::default(),
         Transform::from_xyz(0.0, 0.0, 2.0),
@@ -63,7 +63,7 @@ fn lit_app(source: Image) -> Option<(App, Entity, Handle<Image>)> {
     );
     let camera = app.world_mut().spawn(camera).id();
     // Shaders are loaded in the background, which takes its time on a busy machine.
-    offscreen::update_until(&mut app, "filtering the environment", PATIENCE, |app| {
+    headless::update_until(&mut app, "filtering the environment", PATIENCE, |app| {
         let state = app.world().get::<EnvironmentState>(camera);
         !matches!(state, Some(EnvironmentState::Live { refreshes: 0, .. } | EnvironmentState::Waiting))
     })
@@ -172,7 +172,7 @@ fn white_things_vanish_in_a_white_furnace_whatever_the_exposure() {
         app.world_mut().entity_mut(camera).insert(Exposure { ev100 });
         app.update();
         app.update();
-        let shown = offscreen::read_texture(&mut app, &picture).expect("the picture comes back");
+        let shown = headless::read_texture(&mut app, &picture).expect("the picture comes back");
         let row = |x: usize| shown[4 * (96 * 32 + x)..][..3].to_vec();
         assert_eq!(row(1), [255; 3], "background");
         let middle: Vec<u8> = (14..82).flat_map(row).collect();
@@ -305,7 +305,7 @@ fn an_equirectangular_picture_lights_from_where_it_shows_light() {
 #[test]
 fn what_another_camera_renders_lights_at_once() {
     let Some((mut app, camera, _)) = lit_app(cube(16, |_| DVec3::ONE)) else { return };
-    let (picture, target) = offscreen::add_target(&mut app, UVec2::new(64, 32));
+    let (picture, target) = headless::add_target(&mut app, UVec2::new(64, 32));
     let first = Camera { order: -1, ..default() };
     let other = app.world_mut().spawn((Camera3d::default(), first, Tonemapping::None, Msaa::Off, target)).id();
     app.world_mut().entity_mut(camera).insert(LiveEnvironment::new(picture));

@@ -11,7 +11,7 @@ use bevy::{
 };
 use bevy_mirrorball::{
     camera::{CameraPlugin, Clip, FeedState, FeedStatistics, FramePixels, ShorterFrames},
-    offscreen,
+    headless,
     prelude::*,
     tracking::{DetectedMarker, DetectedMarkers, LumaView, MarkerDetection, MarkerDetector, TrackingPlugin},
 };
@@ -291,11 +291,11 @@ fn what_another_camera_draws_is_a_feed() {
     }) else {
         return;
     };
-    let (drawn, target) = offscreen::add_target(&mut app, SIZE);
+    let (drawn, target) = headless::add_target(&mut app, SIZE);
     let color = Color::srgb_u8(200, 100, 50);
     let clear = Camera { clear_color: ClearColorConfig::Custom(color), ..default() };
     app.world_mut().spawn((Camera3d::default(), bevy::core_pipeline::tonemapping::Tonemapping::None, clear, target));
-    let (_, target): (_, RenderTarget) = offscreen::add_target(&mut app, SIZE);
+    let (_, target): (_, RenderTarget) = headless::add_target(&mut app, SIZE);
     let camera = app.world_mut().spawn((ArCamera::default(), target, CameraFeed::image(drawn))).id();
     let picture = |app: &App| app.world().get::<CameraFrame>(camera).map(|frame| frame.pixels.rgb8(4, 4));
     let is_seen = update_until(&mut app, |app| picture(app) == Some([200, 100, 50]));

@@ -8,7 +8,7 @@ use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     environment_map::CubePixels,
     environment_map::EnvironmentCube,
-    offscreen,
+    headless,
     phantom::PhantomPlugin,
     prelude::*,
     probe::{
@@ -82,7 +82,7 @@ fn add_ball(app: &mut App) -> Entity {
 
 /// Shaders arrive in their own time, bounds of meshes and cubes a frame later.
 fn settle(app: &mut App) {
-    offscreen::settle(app).expect("all shaders compile");
+    headless::settle(app).expect("all shaders compile");
 }
 
 fn read(app: &mut App) -> CubePixels {

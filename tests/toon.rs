@@ -16,8 +16,8 @@ use bevy::{
 };
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
+    headless,
     materials::{ImageBasedMaterial, MaterialsPlugin, OutlineMaterial, ToonMaterial},
-    offscreen,
     phantom::PhantomPlugin,
     prefilter::PrefilterPlugin,
     prelude::*,
@@ -88,7 +88,7 @@ impl Studio {
         })?;
         load_shaders(&mut app);
         app.insert_resource(ClearColor(BACKGROUND));
-        let (picture, target) = offscreen::add_target(&mut app, SIZE);
+        let (picture, target) = headless::add_target(&mut app, SIZE);
         let projection = OrthographicProjection {
             scaling_mode: bevy::camera::ScalingMode::FixedVertical { viewport_height: 2.0 * EXTENT },
             ..OrthographicProjection::default_3d()
@@ -138,7 +138,7 @@ impl Studio {
         for _ in 0..3 {
             self.app.update();
         }
-        Picture(offscreen::read_texture(&mut self.app, &self.picture).expect("the picture comes back"))
+        Picture(headless::read_texture(&mut self.app, &self.picture).expect("the picture comes back"))
     }
 
     fn count<C: Component>(&mut self) -> usize {

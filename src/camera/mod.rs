@@ -32,6 +32,7 @@
 //! again take over.
 
 mod background_pass;
+mod background_pipeline;
 mod bracketing;
 mod clip;
 mod clip_source;
@@ -44,6 +45,7 @@ mod image_file;
 mod intrinsics;
 mod open_feed;
 mod poll;
+mod prepare_backgrounds;
 mod projection;
 mod source;
 mod upload;
@@ -62,7 +64,6 @@ pub use upload::FrameTexture;
 #[cfg(feature = "webcam")]
 pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
 
-pub(crate) use image_feed::unpad_rows;
 pub(crate) use poll::{ArrivingFrame, PicturesAwaitTracking};
 
 use crate::MirrorballSystems;

@@ -22,15 +22,19 @@
 
 #[cfg(feature = "apriltag")]
 mod apriltag;
+mod detect_markers;
+mod detection;
 mod detector;
-mod follow;
 mod pose;
 #[cfg(feature = "apriltag")]
 mod print;
+mod track;
 
 #[cfg(feature = "apriltag")]
 pub use apriltag::AprilTagDetector;
-pub use detector::{DetectedMarker, LumaView, MarkerDetection, MarkerDetector, find_markers};
+pub use detect_markers::find_markers;
+pub use detection::MarkerDetection;
+pub use detector::{DetectedMarker, LumaView, MarkerDetector};
 pub use pose::{MarkerPose, PoseCandidates};
 #[cfg(feature = "apriltag")]
 pub use print::marker_sheet_svg;
@@ -170,11 +174,11 @@ impl Plugin for TrackingPlugin {
             .add_systems(
                 PreUpdate,
                 (
-                    follow::check_anchors,
-                    follow::detect_in_background,
-                    follow::detect_markers,
-                    follow::estimate_poses,
-                    follow::apply_poses,
+                    track::check_anchors,
+                    detection::detect_in_background,
+                    detection::detect_markers,
+                    track::estimate_poses,
+                    track::apply_poses,
                 )
                     .chain()
                     .in_set(MirrorballSystems::Track),

@@ -7,8 +7,8 @@ use bevy::prelude::*;
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
     environment_map::EnvironmentCube,
+    headless,
     materials::MaterialsPlugin,
-    offscreen,
     phantom::PhantomPlugin,
     prefilter::PrefilterPlugin,
     prelude::*,
@@ -48,7 +48,7 @@ impl Desk {
                 MaterialsPlugin,
             ));
         })?;
-        let (picture, target) = offscreen::add_target(&mut app, SIZE);
+        let (picture, target) = headless::add_target(&mut app, SIZE);
         let pixels = FramePixels::new(SIZE, desk_picture()).expect("as many bytes as the size says");
         let feed = CameraFeed::pixels(pixels).with_pace(FeedPace::Lockstep);
         let pose = Transform::from_xyz(0.0, HEIGHT, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z);
@@ -87,7 +87,7 @@ impl Desk {
         for _ in 0..8 {
             self.app.update();
         }
-        Shot(offscreen::read_texture(&mut self.app, &self.picture).expect("the picture comes back"))
+        Shot(headless::read_texture(&mut self.app, &self.picture).expect("the picture comes back"))
     }
 }
 
