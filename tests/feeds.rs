@@ -10,7 +10,7 @@ use bevy::{
     time::TimeUpdateStrategy,
 };
 use bevy_mirrorball::{
-    camera::{CameraPlugin, Clip, FeedState, FeedStatistics, FramePixels, ShorterFrames},
+    camera::{BracketedFrames, CameraPlugin, Clip, FeedState, FeedStatistics, FramePixels},
     headless,
     prelude::*,
     tracking::{DetectedMarker, DetectedMarkers, LumaView, MarkerDetection, MarkerDetector, TrackingPlugin},
@@ -102,13 +102,13 @@ fn a_slow_game_sees_the_newest_picture_and_counts_the_others() {
     let (statistics, frame) =
         (statistics(&app, camera), app.world().get::<CameraFrame>(camera).expect("plays").clone());
     let start = app.world().resource::<Time<Real>>().elapsed() - frame.captured;
-    assert!(start > Duration::ZERO && statistics.dropped > statistics.pictures, "{statistics:?}");
+    assert!(start > Duration::ZERO && statistics.dropped > statistics.frames, "{statistics:?}");
     assert!((statistics.capture_rate - 10.0).abs() < 0.5, "{statistics:?}");
 }
 
 /// Shorter exposures beside a camera: each with its brightness.
 fn shorter(app: &App, camera: Entity) -> Vec<(f32, u8)> {
-    let frames = app.world().get::<ShorterFrames>(camera);
+    let frames = app.world().get::<BracketedFrames>(camera);
     frames.iter().flat_map(|frames| frames.iter()).map(|frame| (frame.exposure, frame.pixels.rgb8(3, 3)[1])).collect()
 }
 
@@ -136,9 +136,9 @@ fn shorter_exposures_of_a_clip_are_kept_beside_the_camera_and_never_shown() {
     assert_eq!(seen[4], [(0.25, 20), (0.1, 40)]);
     assert_eq!(seen[6], [(0.25, 70), (0.1, 90)], "the newest of each, in the order of their arrival");
     let statistics = statistics(&app, camera);
-    assert_eq!((statistics.pictures, statistics.shorter, statistics.dropped), (7, 4, 0));
+    assert_eq!((statistics.frames, statistics.bracketed, statistics.dropped), (7, 4, 0));
     let captured: Vec<_> =
-        app.world().get::<ShorterFrames>(camera).expect("arrived").iter().map(|f| f.captured).collect();
+        app.world().get::<BracketedFrames>(camera).expect("arrived").iter().map(|f| f.captured).collect();
     assert_eq!(captured, [700, 900].map(Duration::from_millis), "the recording's own time");
 }
 
@@ -153,7 +153,7 @@ fn a_slow_game_sees_the_newest_picture_of_each_exposure_and_only_usual_ones_coun
     // A picture may be decoded over several updates.
     assert_eq!(shorter(&app, camera).len(), 2);
     assert!([30, 80, 50, 0].contains(&gray(&app, camera).expect("plays")), "{:?}", gray(&app, camera));
-    let delivered = (statistics.pictures + statistics.dropped) as f32;
+    let delivered = (statistics.frames + statistics.dropped) as f32;
     let seconds = app.world().get::<CameraFrame>(camera).expect("plays").captured.as_secs_f32();
     assert!((statistics.capture_rate - 6.0).abs() < 0.7, "{statistics:?}, {delivered} in {seconds} s");
 }
@@ -219,7 +219,7 @@ fn what_is_wrong_with_a_clip_is_said_with_file_and_field() {
         (
             "none_shown",
             r#"{"image": [8, 6], "fps": 10, "exposures": [0.5]}"#,
-            &["clip.json", "exposures", "1 for the pictures that are shown"],
+            &["clip.json", "exposures", "1 for the frames that are shown"],
         ),
         ("bad_json", r#"{"image": [8, 6], "#, &["clip.json", "line 1"]),
         ("no_match", r#"{"image": [8, 6], "fps": 10, "pattern": "g*.png"}"#, &["no_match", "g*.png"]),
@@ -241,14 +241,14 @@ fn what_is_wrong_with_a_clip_is_said_with_file_and_field() {
 fn a_picture_file_is_decoded_in_the_background() {
     let folder = write_clip("still", SIDECAR, &[("still.png", 77)]);
     let mut app = player();
-    let camera = app.world_mut().spawn((ArCamera::default(), CameraFeed::picture(folder.join("still.png")))).id();
+    let camera = app.world_mut().spawn((ArCamera::default(), CameraFeed::file(folder.join("still.png")))).id();
     assert!(update_until(&mut app, |app| gray(app, camera).is_some()));
     assert_eq!((gray(&app, camera), state(&app, camera)), (Some(77), FeedState::Playing));
     // A wrong name is noticed, the last picture stays, and another feed takes over.
-    app.world_mut().entity_mut(camera).insert(CameraFeed::picture(folder.join("nothing.png")));
+    app.world_mut().entity_mut(camera).insert(CameraFeed::file(folder.join("nothing.png")));
     assert!(update_until(&mut app, |app| matches!(state(app, camera), FeedState::Failed(_))));
     assert_eq!(gray(&app, camera), Some(77));
-    app.world_mut().entity_mut(camera).insert(CameraFeed::picture(folder.join("still.png")));
+    app.world_mut().entity_mut(camera).insert(CameraFeed::file(folder.join("still.png")));
     assert!(update_until(&mut app, |app| state(app, camera) == FeedState::Playing));
 }
 
@@ -265,10 +265,10 @@ fn an_image_of_the_game_is_a_feed_that_follows_its_changes() {
     let image = app.world_mut().resource_mut::<Assets<Image>>().add(solid_image(50, TextureFormat::Rgba8UnormSrgb));
     let camera = app.world_mut().spawn((ArCamera::default(), CameraFeed::image(image.clone()))).id();
     assert!(update_until(&mut app, |app| gray(app, camera) == Some(50)));
-    let pictures = statistics(&app, camera).pictures;
+    let pictures = statistics(&app, camera).frames;
     app.update();
     app.update();
-    assert_eq!(statistics(&app, camera).pictures, pictures, "an unchanged image is no new picture");
+    assert_eq!(statistics(&app, camera).frames, pictures, "an unchanged image is no new picture");
     let change = |app: &mut App, image: &Handle<Image>, to: Image| {
         let mut images = app.world_mut().resource_mut::<Assets<Image>>();
         *images.get_mut(image).expect("exists") = to;
@@ -300,16 +300,16 @@ fn what_another_camera_draws_is_a_feed() {
     let picture = |app: &App| app.world().get::<CameraFrame>(camera).map(|frame| frame.pixels.rgb8(4, 4));
     let is_seen = update_until(&mut app, |app| picture(app) == Some([200, 100, 50]));
     assert!(is_seen, "{:?}, {:?}", picture(&app), state(&app, camera));
-    assert!(statistics(&app, camera).pictures > 1, "every frame is a new picture");
+    assert!(statistics(&app, camera).frames > 1, "every frame is a new picture");
     // The reader goes with the feed.
     let pixels = FramePixels::new(SIZE, vec![9; 4 * 48]).expect("fits");
     app.world_mut().entity_mut(camera).insert(CameraFeed::pixels(pixels));
     assert!(update_until(&mut app, |app| picture(app) == Some([9, 9, 9])));
-    let pictures = statistics(&app, camera).pictures;
+    let pictures = statistics(&app, camera).frames;
     for _ in 0..5 {
         app.update();
     }
-    assert_eq!(statistics(&app, camera).pictures, pictures);
+    assert_eq!(statistics(&app, camera).frames, pictures);
 }
 
 /// Closed until opened.

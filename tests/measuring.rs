@@ -55,7 +55,7 @@ fn newest(app: &App, path: &DiagnosticPath) -> Option<f64> {
 }
 
 fn photo() -> CameraFeed {
-    CameraFeed::picture(PHOTO).with_pace(FeedPace::Lockstep)
+    CameraFeed::file(PHOTO).with_pace(FeedPace::Lockstep)
 }
 
 #[test]

@@ -153,7 +153,7 @@ fn report_line(app: &mut App, frame: u32) -> Value {
         .map(|pose| Mat4::from(bevy::math::Affine3A::from(pose)).transpose().to_cols_array());
     json!({
         "frame": frame,
-        "picture": statistics.pictures,
+        "picture": statistics.frames,
         "dropped": statistics.dropped,
         "marker": format!("{:?}", tracking.state),
         "camera_from_marker": rows,

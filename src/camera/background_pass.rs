@@ -24,7 +24,7 @@ pub(super) fn build(app: &mut App) {
         embedded_asset!(app, "background_pass.wgsl");
     }
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
-        warn!("CameraPlugin: no renderer, camera pictures will not be drawn");
+        warn!("CameraPlugin: no renderer, camera frames will not be drawn");
         return;
     };
     render_app

@@ -8,7 +8,7 @@ use std::{sync::Arc, time::Duration};
 
 /// A picture at a shorter exposure.
 #[derive(Clone, Debug)]
-pub struct ShorterFrame {
+pub struct BracketedFrame {
     /// The picture. Shared, never changed in place.
     pub pixels: Arc<FramePixels>,
     /// Light it got, the usual picture's being 1: above 0 and below 1.
@@ -25,43 +25,43 @@ pub struct ShorterFrame {
 ///
 /// ```
 /// # use bevy::prelude::*;
-/// # use bevy_mirrorball::{camera::{FramePixels, ShorterFrames}, prelude::*};
+/// # use bevy_mirrorball::{camera::{FramePixels, BracketedFrames}, prelude::*};
 /// # fn supply(mut commands: Commands, camera: Entity, eighth: FramePixels) {
 /// // taken at 1/240 s, the others at 1/30 s
 /// commands.entity(camera).insert(CameraFeed::pixels(eighth).with_exposure(30.0 / 240.0));
 /// # }
-/// # fn print(cameras: Query<&ShorterFrames>) {
-/// for frame in cameras.iter().flat_map(ShorterFrames::iter) {
+/// # fn print(cameras: Query<&BracketedFrames>) {
+/// for frame in cameras.iter().flat_map(BracketedFrames::iter) {
 ///     println!("{} of the light, taken at {:?}", frame.exposure, frame.captured);
 /// }
 /// # }
 /// ```
 #[derive(Component, Clone, Debug, Default)]
-pub struct ShorterFrames(Vec<ShorterFrame>);
+pub struct BracketedFrames(Vec<BracketedFrame>);
 
 /// Exposures that differ by less than this are the same, relative.
-const SAME_EXPOSURE: f32 = 0.02;
+const MIN_EXPOSURE_DIFFERENCE: f32 = 0.02;
 /// Most exposures that are kept; more than a series needs.
-const MOST_EXPOSURES: usize = 8;
+const MAX_EXPOSURES: usize = 8;
 
-impl ShorterFrames {
+impl BracketedFrames {
     /// The pictures, in the order of their arrival.
-    pub fn iter(&self) -> impl Iterator<Item = &ShorterFrame> {
+    pub fn iter(&self) -> impl Iterator<Item = &BracketedFrame> {
         self.0.iter()
     }
 
     /// Takes a picture in, in place of an older one of the same exposure.
-    pub fn insert(&mut self, frame: ShorterFrame) {
+    pub fn insert(&mut self, frame: BracketedFrame) {
         self.0.retain(|known| !known.is_same_exposure(&frame));
         self.0.push(frame);
-        let surplus = self.0.len().saturating_sub(MOST_EXPOSURES);
+        let surplus = self.0.len().saturating_sub(MAX_EXPOSURES);
         self.0.drain(..surplus);
     }
 }
 
-impl ShorterFrame {
+impl BracketedFrame {
     pub(crate) fn is_same_exposure(&self, other: &Self) -> bool {
-        (self.exposure / other.exposure - 1.0).abs() < SAME_EXPOSURE
+        (self.exposure / other.exposure - 1.0).abs() < MIN_EXPOSURE_DIFFERENCE
     }
 }
 
@@ -79,18 +79,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_newest_picture_of_each_exposure_is_kept() {
+    fn the_newest_frame_of_each_exposure_is_kept() {
         let pixels = Arc::new(FramePixels::new(UVec2::ONE, vec![0; 4]).expect("fits"));
-        let mut frames = ShorterFrames::default();
+        let mut frames = BracketedFrames::default();
         for (exposure, at) in [(0.25, 1), (0.1, 2), (0.2501, 3)] {
-            frames.insert(ShorterFrame { pixels: pixels.clone(), exposure, captured: Duration::from_secs(at) });
+            frames.insert(BracketedFrame { pixels: pixels.clone(), exposure, captured: Duration::from_secs(at) });
         }
         let kept: Vec<u64> = frames.iter().map(|frame| frame.captured.as_secs()).collect();
         assert_eq!(kept, [2, 3]);
         for i in 1..100 {
             let exposure = 1.0 / (1.0 + i as f32);
-            frames.insert(ShorterFrame { pixels: pixels.clone(), exposure, captured: Duration::ZERO });
+            frames.insert(BracketedFrame { pixels: pixels.clone(), exposure, captured: Duration::ZERO });
         }
-        assert_eq!(frames.iter().count(), MOST_EXPOSURES);
+        assert_eq!(frames.iter().count(), MAX_EXPOSURES);
     }
 }

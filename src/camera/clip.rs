@@ -22,7 +22,7 @@ use std::{
 /// `image` is the size in pixels that the intrinsics belong to. The others are optional. Without a `pattern` all JPEG and PNG files
 /// are taken. The `*` of a pattern stands for anything; numbers in names are ordered by value. `exposures` says how much light
 /// each picture got compared with the usual ones, above 0 and at most 1; a list that is shorter than the clip is repeated. Without it
-/// all are 1; those below are not shown, see [`ShorterFrames`](super::ShorterFrames). Other fields are left alone.
+/// all are 1; those below are not shown, see [`BracketedFrames`](super::BracketedFrames). Other fields are left alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
     /// The pictures in the order they are played.
@@ -40,7 +40,7 @@ pub struct Clip {
 /// Name of the sidecar in a clip's folder.
 const SIDECAR: &str = "clip.json";
 /// What is taken without a pattern.
-const PICTURE_ENDINGS: [&str; 3] = ["jpg", "jpeg", "png"];
+const IMAGE_EXTENSIONS: [&str; 3] = ["jpg", "jpeg", "png"];
 
 #[derive(Deserialize)]
 struct Sidecar {
@@ -82,7 +82,7 @@ impl Clip {
             return Err(wrong("image", format!("{:?}", sidecar.image), "width and height in pixels, above 0"));
         }
         if !(sidecar.fps.is_finite() && sidecar.fps > 0.0) {
-            return Err(wrong("fps", sidecar.fps.to_string(), "a number of pictures per second above 0"));
+            return Err(wrong("fps", sidecar.fps.to_string(), "a number of frames per second above 0"));
         }
         let intrinsics = sidecar.intrinsics.map(|k| Intrinsics {
             focal: Vec2::new(k.fx, k.fy),
@@ -96,7 +96,7 @@ impl Clip {
         let mut names: Vec<String> = std::fs::read_dir(folder)
             .map_err(unreadable(folder))?
             .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-            .filter(|name| sidecar.pattern.as_deref().map_or_else(|| is_picture(name), |pattern| fits(pattern, name)))
+            .filter(|name| sidecar.pattern.as_deref().map_or_else(|| is_image(name), |pattern| fits(pattern, name)))
             .collect();
         names.sort_by_cached_key(|name| natural_order(name));
         if names.is_empty() {
@@ -108,7 +108,7 @@ impl Clip {
         let exposures: Vec<f32> = listed.iter().copied().cycle().take(files.len()).collect();
         if !listed.iter().copied().all(is_exposure) || !exposures.contains(&1.0) {
             let expected =
-                "a list of numbers above 0 and at most 1, and 1 for the pictures that are shown, at least one";
+                "a list of numbers above 0 and at most 1, with 1 for the frames that are shown, at least one of them";
             return Err(wrong("exposures", format!("{listed:?}"), expected));
         }
         Ok(Self { files, frame_rate: sidecar.fps, size, intrinsics, exposures })
@@ -116,22 +116,22 @@ impl Clip {
 
     /// The picture of a step and when it is due, the clip being repeated for ever.
     pub(super) fn step(&self, step: u64) -> (&Path, Duration) {
-        (&self.files[self.place(step)], Duration::from_secs_f64(step as f64 / f64::from(self.frame_rate)))
+        (&self.files[self.index(step)], Duration::from_secs_f64(step as f64 / f64::from(self.frame_rate)))
     }
 
     /// The exposure of a step.
     pub(super) fn exposure(&self, step: u64) -> f32 {
-        self.exposures[self.place(step)]
+        self.exposures[self.index(step)]
     }
 
-    fn place(&self, step: u64) -> usize {
+    fn index(&self, step: u64) -> usize {
         (step % self.files.len() as u64) as usize
     }
 }
 
-fn is_picture(name: &str) -> bool {
-    let ending = Path::new(name).extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    PICTURE_ENDINGS.iter().any(|known| known.eq_ignore_ascii_case(ending))
+fn is_image(name: &str) -> bool {
+    let extension = Path::new(name).extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    IMAGE_EXTENSIONS.iter().any(|known| known.eq_ignore_ascii_case(extension))
 }
 
 /// Whether a name fits a pattern with any number of `*`.

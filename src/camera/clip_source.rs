@@ -3,7 +3,7 @@
 use super::{
     CameraError, Clip, FeedPace, FeedState,
     image_file::Decoded,
-    source::{Arrival, FrameSource, Picture},
+    source::{Arrival, FrameSource, SourceFrame},
 };
 use bevy::{
     prelude::*,
@@ -32,12 +32,12 @@ impl ClipSource {
         Ok(Self { clip: Clip::open(folder)?, pace, started: None, next_step: 0, running: None })
     }
 
-    fn take_in(&self, arrival: &mut Arrival, step: u64, decoded: Decoded) {
+    fn receive(&self, arrival: &mut Arrival, step: u64, decoded: Decoded) {
         let exposure = self.clip.exposure(step);
         let captured = self.started.unwrap_or_default() + self.clip.step(step).1;
-        match decoded.into_picture(captured, self.clip.intrinsics) {
-            Ok(picture) if exposure < 1.0 => arrival.shorter.push(Picture { exposure, ..picture }),
-            Ok(picture) => arrival.picture = Some(picture),
+        match decoded.into_frame(captured, self.clip.intrinsics) {
+            Ok(frame) if exposure < 1.0 => arrival.bracketed.push(SourceFrame { exposure, ..frame }),
+            Ok(frame) => arrival.frame = Some(frame),
             // The next picture may be good.
             Err(error) => {
                 arrival.dropped += 1;
@@ -49,9 +49,9 @@ impl ClipSource {
     /// The steps up to the next picture that is shown or cannot be read.
     fn next_in_lockstep(&mut self) -> Arrival {
         let mut arrival = Arrival::default();
-        while arrival.picture.is_none() && arrival.state.is_none() {
+        while arrival.frame.is_none() && arrival.state.is_none() {
             let decoded = Decoded::from_file(self.clip.step(self.next_step).0);
-            self.take_in(&mut arrival, self.next_step, decoded);
+            self.receive(&mut arrival, self.next_step, decoded);
             self.next_step += 1;
         }
         arrival
@@ -83,7 +83,7 @@ impl FrameSource for ClipSource {
             arrival.dropped = running.skipped;
             self.running = None;
             for (step, decoded) in decoded {
-                self.take_in(&mut arrival, step, decoded);
+                self.receive(&mut arrival, step, decoded);
             }
         }
         let started = *self.started.get_or_insert(now);

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 #[derive(thiserror::Error, Debug)]
 pub enum CameraError {
     /// A picture file could not be read or decoded.
-    #[error("cannot read the picture {path}: {source}. Give a PNG, JPEG or Radiance file that other programs can open")]
-    Picture {
+    #[error("cannot read the image {path}: {source}. Give a PNG, JPEG or Radiance file that other programs can open")]
+    SourceFrame {
         /// The file as it was named.
         path: PathBuf,
         /// What the decoder said.
@@ -47,7 +47,7 @@ pub enum CameraError {
         expected: &'static str,
     },
     /// A clip has no pictures.
-    #[error("no pictures named {pattern} in {folder}; put JPEG or PNG files there or correct \"pattern\" in clip.json")]
+    #[error("no images named {pattern} in {folder}; put JPEG or PNG files there or correct \"pattern\" in clip.json")]
     ClipEmpty {
         /// The clip's folder.
         folder: PathBuf,
@@ -56,10 +56,10 @@ pub enum CameraError {
     },
     /// A feed's exposure cannot be.
     #[error(
-        "the exposure of CameraFeed::with_exposure is {0}; it has to be above 0 and at most 1, the light that a usual picture gets"
+        "the exposure of CameraFeed::with_exposure is {0}; it has to be above 0 and at most 1, the exposure of a normal frame"
     )]
     Exposure(f32),
-    /// An image asset cannot be a camera picture.
-    #[error("the image cannot be a camera picture: {0}")]
+    /// An image asset cannot be used as a camera frame.
+    #[error("the image cannot be used as a camera frame: {0}")]
     Image(String),
 }

@@ -28,7 +28,7 @@ pub struct CameraFeed {
 
 #[derive(Clone, Debug)]
 pub(super) enum FeedSource {
-    Picture(PathBuf),
+    File(PathBuf),
     Pixels(Arc<FramePixels>),
     Clip(PathBuf),
     Image(Handle<Image>),
@@ -38,8 +38,15 @@ pub(super) enum FeedSource {
 
 impl CameraFeed {
     /// A still picture from a PNG or JPEG file, decoded once when the component is added or replaced.
+    pub fn file(path: impl Into<PathBuf>) -> Self {
+        Self::new(FeedSource::File(path.into()))
+    }
+
+    /// Old name of [`CameraFeed::file`].
+    #[deprecated(since = "0.1.0", note = "use `CameraFeed::file`")]
+    #[doc(hidden)]
     pub fn picture(path: impl Into<PathBuf>) -> Self {
-        Self::new(FeedSource::Picture(path.into()))
+        Self::file(path)
     }
 
     /// Pixels the game has already; insert a new `CameraFeed` for each new picture.
@@ -86,7 +93,7 @@ impl CameraFeed {
     }
 
     /// The same source, whose pictures got this much light compared with the usual ones of this camera: above 0 and at most 1. Those
-    /// below 1 are not shown; they go into [`ShorterFrames`](super::ShorterFrames) and tell what the next usual picture clips. 1 if
+    /// below 1 are not shown; they go into [`BracketedFrames`](super::BracketedFrames) and tell what the next usual picture clips. 1 if
     /// never called. Other numbers are [`FeedState::Failed`].
     pub fn with_exposure(self, exposure: f32) -> Self {
         Self { exposure, ..self }

@@ -25,9 +25,9 @@ pub enum FeedState {
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct FeedStatistics {
     /// Pictures taken in, those of a shorter exposure aside.
-    pub pictures: u64,
+    pub frames: u64,
     /// Pictures of a shorter exposure taken in. They are neither shown nor counted as dropped when they are replaced.
-    pub shorter: u64,
+    pub bracketed: u64,
     /// Pictures the source had and the game never saw: replaced by newer ones, or damaged.
     pub dropped: u64,
     /// Pictures per second that the source delivers at its usual exposure, dropped ones included, smoothed. 0 until two have arrived.
@@ -42,8 +42,8 @@ const RATE_SMOOTHING: f32 = 0.1;
 
 impl FeedStatistics {
     /// Counts `dropped` pictures and then one that was taken in.
-    pub(super) fn note_picture(&mut self, dropped: u64, captured: Duration, decode_time: Duration) {
-        self.pictures += 1;
+    pub(super) fn note_frame(&mut self, dropped: u64, captured: Duration, decode_time: Duration) {
+        self.frames += 1;
         self.decode_time = decode_time;
         let elapsed = self.last_captured.replace(captured).map(|last| captured.saturating_sub(last).as_secs_f32());
         if let Some(elapsed) = elapsed.filter(|elapsed| *elapsed > 0.0) {
@@ -59,15 +59,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_capture_rate_counts_dropped_pictures_too() {
+    fn the_capture_rate_counts_dropped_frames_too() {
         let mut statistics = FeedStatistics::default();
         let at = Duration::from_millis;
-        statistics.note_picture(0, at(0), at(1));
-        assert_eq!(statistics.capture_rate, 0.0, "one picture has no rate");
+        statistics.note_frame(0, at(0), at(1));
+        assert_eq!(statistics.capture_rate, 0.0, "one frame has no rate");
         for i in 1..100 {
-            statistics.note_picture(1, at(100 * i), at(1));
+            statistics.note_frame(1, at(100 * i), at(1));
         }
         assert!((statistics.capture_rate - 20.0).abs() < 1e-3, "{statistics:?}");
-        assert_eq!(statistics.pictures, 100);
+        assert_eq!(statistics.frames, 100);
     }
 }

@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_needs_as_many_bytes_as_its_size_says() {
+    fn a_frame_needs_as_many_bytes_as_its_size_says() {
         assert!(FramePixels::new(UVec2::new(2, 2), vec![0; 15]).is_none());
         assert!(FramePixels::new(UVec2::new(0, 2), vec![]).is_none());
         let frame = FramePixels::new(UVec2::new(2, 1), vec![255, 0, 0, 255, 255, 255, 255, 255]).expect("fits");

@@ -3,7 +3,7 @@
 use super::{
     CameraError, CameraFeed, FramePixels,
     feed::FeedSource,
-    source::{Arrival, FrameSource, Picture},
+    source::{Arrival, FrameSource, SourceFrame},
 };
 use crate::headless::unpad_rows;
 use bevy::{
@@ -54,14 +54,14 @@ impl FrameSource for ImageSource {
         };
         match delivery.pixels {
             Ok(pixels) => {
-                let picture = Picture {
+                let frame = SourceFrame {
                     pixels: Arc::new(pixels),
                     captured: now,
                     decode_time: delivery.time,
                     intrinsics: None,
                     exposure: 1.0,
                 };
-                Arrival { picture: Some(picture), dropped: delivery.dropped, ..default() }
+                Arrival { frame: Some(frame), dropped: delivery.dropped, ..default() }
             }
             // The game may change the image.
             Err(error) => Arrival::lost(&error),

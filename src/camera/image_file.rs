@@ -1,6 +1,6 @@
 //! Image files, decoded at once or in the background.
 
-use super::{CameraError, FramePixels, Intrinsics, source::Picture};
+use super::{CameraError, FramePixels, Intrinsics, source::SourceFrame};
 use bevy::{
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
@@ -15,17 +15,17 @@ impl FramePixels {
     /// Reads and decodes a picture file.
     ///
     /// # Errors
-    /// [`CameraError::Picture`] names the file and what was wrong with it.
+    /// [`CameraError::File`] names the file and what was wrong with it.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, CameraError> {
         let path = path.as_ref();
-        let fail = |source| CameraError::Picture { path: path.to_owned(), source };
-        let picture = image::ImageReader::open(path)
+        let fail = |source| CameraError::File { path: path.to_owned(), source };
+        let image = image::ImageReader::open(path)
             .and_then(image::ImageReader::with_guessed_format)
             .map_err(|error| fail(error.into()))?
             .decode()
             .map_err(fail)?
             .into_rgba8();
-        Ok(Self { size: UVec2::new(picture.width(), picture.height()), rgba: picture.into_raw() })
+        Ok(Self { size: UVec2::new(image.width(), image.height()), rgba: image.into_raw() })
     }
 }
 
@@ -56,12 +56,12 @@ impl Decoded {
         Self { pixels, time: started.elapsed() }
     }
 
-    pub(super) fn into_picture(
+    pub(super) fn into_frame(
         self,
         captured: Duration,
         intrinsics: Option<Intrinsics>,
-    ) -> Result<Picture, CameraError> {
+    ) -> Result<SourceFrame, CameraError> {
         let pixels = Arc::new(self.pixels?);
-        Ok(Picture { pixels, captured, decode_time: self.time, intrinsics, exposure: 1.0 })
+        Ok(SourceFrame { pixels, captured, decode_time: self.time, intrinsics, exposure: 1.0 })
     }
 }

@@ -20,8 +20,8 @@ pub struct Intrinsics {
 
 impl Intrinsics {
     /// Square pixels, principal point in the middle, from the horizontal field of view in radians (0…π, exclusive).
-    pub fn from_horizontal_fov(size: UVec2, fov: f32) -> Self {
-        let focal = 0.5 * size.x as f32 / (0.5 * fov).tan();
+    pub fn from_horizontal_fov(size: UVec2, fov_radians: f32) -> Self {
+        let focal = 0.5 * size.x as f32 / (0.5 * fov_radians).tan();
         Self { focal: Vec2::splat(focal), center: size.as_vec2() * 0.5, size }
     }
 
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn up_in_space_is_up_in_the_picture() {
+    fn up_in_space_is_up_in_the_frame() {
         let k = Intrinsics::from_horizontal_fov(UVec2::new(640, 480), 1.0);
         let above = k.project(Vec3::new(0.0, 0.1, -1.0)).expect("in front of the camera");
         assert!(above.y < k.center.y);

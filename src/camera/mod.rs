@@ -1,7 +1,7 @@
 //! Camera pictures in: the first stage.
 //!
 //! **Enters:** a webcam (`CameraFeed::device`, feature `webcam`), a recorded clip ([`CameraFeed::clip`]), a still picture
-//! ([`CameraFeed::picture`]), an image of the game ([`CameraFeed::image`]) or pixels it supplies ([`CameraFeed::pixels`]).
+//! ([`CameraFeed::file`]), an image of the game ([`CameraFeed::image`]) or pixels it supplies ([`CameraFeed::pixels`]).
 //! **Leaves:** on the camera entity a [`CameraFrame`] (CPU pixels, shared) and a [`FrameTexture`] (the same on the GPU),
 //! the picture drawn as the background, and a projection that equals the real camera's.
 //!
@@ -13,7 +13,7 @@
 //! # Shorter exposures
 //! Pictures that got less light show what the others clip. A clip's sidecar names them, a game supplies them
 //! ([`CameraFeed::with_exposure`]), a webcam on Linux takes them in turn (`DeviceOptions::shorter_exposures`). They are never shown or searched
-//! for markers; [`ShorterFrames`] keeps the newest of each exposure beside the camera for [`lighting`](crate::lighting). Everything but
+//! for markers; [`BracketedFrames`] keeps the newest of each exposure beside the camera for [`lighting`](crate::lighting). Everything but
 //! the exposure has to be the same: gain, white balance, aperture, zoom.
 //!
 //! # Units
@@ -52,7 +52,7 @@ mod upload;
 #[cfg(feature = "webcam")]
 mod webcam;
 
-pub use bracketing::{ShorterFrame, ShorterFrames};
+pub use bracketing::{BracketedFrame, BracketedFrames};
 pub use clip::Clip;
 pub use error::CameraError;
 pub use feed::{CameraFeed, FeedPace};
@@ -64,7 +64,17 @@ pub use upload::FrameTexture;
 #[cfg(feature = "webcam")]
 pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
 
-pub(crate) use poll::{ArrivingFrame, PicturesAwaitTracking};
+pub(crate) use poll::{ArrivingFrame, FramesAwaitTracking};
+
+/// Old name of [`BracketedFrame`].
+#[deprecated(since = "0.1.0", note = "use `BracketedFrame`")]
+#[doc(hidden)]
+pub type ShorterFrame = BracketedFrame;
+
+/// Old name of [`BracketedFrames`].
+#[deprecated(since = "0.1.0", note = "use `BracketedFrames`")]
+#[doc(hidden)]
+pub type ShorterFrames = BracketedFrames;
 
 use crate::MirrorballSystems;
 use bevy::{
@@ -83,7 +93,7 @@ use bevy::{
 /// # fn setup(mut commands: Commands) {
 /// commands.spawn((
 ///     ArCamera { intrinsics: Some(Intrinsics::from_horizontal_fov(UVec2::new(640, 480), 1.0)), ..default() },
-///     CameraFeed::picture("desk.png"),
+///     CameraFeed::file("desk.png"),
 /// ));
 /// # }
 /// ```

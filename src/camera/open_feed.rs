@@ -9,7 +9,7 @@ use super::{
     feed::FeedSource,
     image_feed::{ImageSlot, ImageSource},
     image_file::{Decoded, Decoding},
-    source::{Arrival, FrameSource, Picture},
+    source::{Arrival, FrameSource, SourceFrame},
 };
 use bevy::prelude::*;
 use std::{path::PathBuf, sync::Arc, time::Duration};
@@ -24,7 +24,7 @@ pub(super) struct OpenFeed(pub Box<dyn FrameSource>);
 pub(super) fn open(feed: &CameraFeed) -> Result<(OpenFeed, Option<ImageSlot>), CameraError> {
     check_exposure(feed.exposure)?;
     let source: Box<dyn FrameSource> = match &feed.source {
-        FeedSource::Picture(path) => Box::new(Still::Unread(path.clone(), feed.pace)),
+        FeedSource::File(path) => Box::new(Still::Unread(path.clone(), feed.pace)),
         FeedSource::Pixels(pixels) => Box::new(Supplied(Some(pixels.clone()))),
         FeedSource::Clip(folder) => Box::new(ClipSource::open(folder, feed.pace)?),
         FeedSource::Image(_) => {
@@ -68,8 +68,8 @@ impl FrameSource for Still {
 
 impl Still {
     fn arrival(decoded: Decoded, now: Duration) -> Arrival {
-        match decoded.into_picture(now, None) {
-            Ok(picture) => Arrival { picture: Some(picture), ..default() },
+        match decoded.into_frame(now, None) {
+            Ok(frame) => Arrival { frame: Some(frame), ..default() },
             Err(error) => Arrival::failed(&error),
         }
     }
@@ -80,14 +80,14 @@ struct Supplied(Option<Arc<FramePixels>>);
 
 impl FrameSource for Supplied {
     fn poll(&mut self, now: Duration) -> Arrival {
-        let picture = self.0.take().map(|pixels| Picture {
+        let frame = self.0.take().map(|pixels| SourceFrame {
             pixels,
             captured: now,
             decode_time: Duration::ZERO,
             intrinsics: None,
             exposure: 1.0,
         });
-        Arrival { picture, ..default() }
+        Arrival { frame, ..default() }
     }
 }
 
@@ -98,18 +98,18 @@ impl FrameSource for Webcam {
             WebcamStatus::Lost(reason) => Some(FeedState::Lost(reason)),
             WebcamStatus::Opening | WebcamStatus::Playing(_) => None,
         };
-        let picture = |captured: Captured| Picture {
+        let frame = |captured: Captured| SourceFrame {
             pixels: Arc::new(captured.pixels),
             captured: now.saturating_sub(captured.at.elapsed()),
             decode_time: captured.decode_time,
             intrinsics: None,
             exposure: captured.exposure,
         };
-        let shorter = self.take_shorter().into_iter().map(picture).collect();
+        let bracketed = self.take_shorter().into_iter().map(frame).collect();
         let Some(captured) = self.take() else {
-            return Arrival { shorter, state, ..default() };
+            return Arrival { bracketed, state, ..default() };
         };
         let dropped = captured.dropped;
-        Arrival { picture: Some(picture(captured)), shorter, dropped, state }
+        Arrival { frame: Some(frame(captured)), bracketed, dropped, state }
     }
 }

@@ -1,16 +1,16 @@
 //! The systems that open feeds and take their pictures in.
 
 use super::{
-    CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics, ShorterFrame, ShorterFrames,
+    BracketedFrame, BracketedFrames, CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics,
     image_feed::{ImageReader, ImageSlot},
     open_feed::{OpenFeed, open},
-    source::Picture,
+    source::SourceFrame,
 };
 use bevy::prelude::*;
 
 /// Exists if pictures become [`CameraFrame`]s only when somebody has looked for markers in them.
 #[derive(Resource, Default)]
-pub(crate) struct PicturesAwaitTracking;
+pub(crate) struct FramesAwaitTracking;
 
 /// A picture that has arrived and waits to be searched for markers.
 #[derive(Component)]
@@ -36,20 +36,20 @@ pub(super) fn open_feeds(
                 }
                 state.set_if_neq(FeedState::Waiting);
             }
-            Err(error) => say(camera, &mut state, FeedState::Failed(error.to_string())),
+            Err(error) => report_state(camera, &mut state, FeedState::Failed(error.to_string())),
         }
     }
 }
 
 /// Changes a state and logs what a user has to know.
-fn say(camera: Entity, state: &mut Mut<FeedState>, new: FeedState) {
+fn report_state(camera: Entity, state: &mut Mut<FeedState>, new: FeedState) {
     if !state.set_if_neq(new) {
         return;
     }
     match &**state {
         FeedState::Failed(reason) => error!("camera {camera}: {reason}"),
         FeedState::Lost(reason) => warn!("camera {camera}: {reason}"),
-        FeedState::Playing => debug!("camera {camera}: pictures arrive"),
+        FeedState::Playing => debug!("camera {camera}: frames arrive"),
         FeedState::Waiting => {}
     }
 }
@@ -67,39 +67,39 @@ pub(super) fn poll_feeds(
     mut commands: Commands,
     mut feeds: Query<PolledFeed>,
     time: Res<Time<Real>>,
-    awaits_tracking: Option<Res<PicturesAwaitTracking>>,
+    awaits_tracking: Option<Res<FramesAwaitTracking>>,
 ) {
-    for (camera, feed, mut open, mut state, mut statistics, is_one_waiting) in &mut feeds {
+    for (camera, feed, mut open, mut state, mut statistics, is_one_arriving) in &mut feeds {
         let mut arrival = open.0.poll(time.elapsed());
         if feed.exposure < 1.0 {
-            arrival.shorter.extend(arrival.picture.take());
+            arrival.bracketed.extend(arrival.frame.take());
         }
         if arrival.dropped > 0 {
             statistics.dropped += arrival.dropped;
         }
         if let Some(new) = arrival.state {
-            say(camera, &mut state, new);
+            report_state(camera, &mut state, new);
         }
-        if arrival.picture.is_some() || !arrival.shorter.is_empty() {
-            say(camera, &mut state, FeedState::Playing);
+        if arrival.frame.is_some() || !arrival.bracketed.is_empty() {
+            report_state(camera, &mut state, FeedState::Playing);
         }
-        for picture in arrival.shorter {
-            statistics.shorter += 1;
-            keep_shorter(&mut commands, camera, feed, picture);
+        for frame in arrival.bracketed {
+            statistics.bracketed += 1;
+            keep_bracketed(&mut commands, camera, feed, frame);
         }
-        let Some(picture) = arrival.picture else {
+        let Some(source_frame) = arrival.frame else {
             continue;
         };
-        statistics.note_picture(arrival.dropped, picture.captured, picture.decode_time);
+        statistics.note_frame(arrival.dropped, source_frame.captured, source_frame.decode_time);
         let frame = CameraFrame {
-            pixels: picture.pixels,
-            sequence: statistics.pictures,
-            captured: picture.captured,
-            intrinsics: picture.intrinsics,
+            pixels: source_frame.pixels,
+            sequence: statistics.frames,
+            captured: source_frame.captured,
+            intrinsics: source_frame.intrinsics,
         };
         if awaits_tracking.is_some() && feed.pace == FeedPace::Live {
             // The newest wins: the one still waiting will never be seen.
-            statistics.dropped += u64::from(is_one_waiting);
+            statistics.dropped += u64::from(is_one_arriving);
             commands.entity(camera).insert(ArrivingFrame(frame));
         } else {
             commands.entity(camera).insert(frame);
@@ -107,9 +107,9 @@ pub(super) fn poll_feeds(
     }
 }
 
-fn keep_shorter(commands: &mut Commands, camera: Entity, feed: &CameraFeed, picture: Picture) {
-    let Picture { pixels, captured, exposure, .. } = picture;
-    let frame = ShorterFrame { pixels, exposure: exposure * feed.exposure, captured };
+fn keep_bracketed(commands: &mut Commands, camera: Entity, feed: &CameraFeed, frame: SourceFrame) {
+    let SourceFrame { pixels, captured, exposure, .. } = frame;
+    let frame = BracketedFrame { pixels, exposure: exposure * feed.exposure, captured };
     let mut camera = commands.entity(camera);
-    camera.entry::<ShorterFrames>().or_default().and_modify(move |mut frames| frames.insert(frame));
+    camera.entry::<BracketedFrames>().or_default().and_modify(move |mut frames| frames.insert(frame));
 }

@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_stays_on_its_picture_pixel_in_any_fit() {
+    fn a_point_stays_on_its_frame_pixel_in_any_fit() {
         let pos = Vec3::new(0.1, 0.05, -0.8);
         let pixel = webcam().project(pos).expect("in front");
         for fit in [FrameFit::Cover, FrameFit::Contain, FrameFit::Stretch] {

@@ -14,9 +14,9 @@ pub(super) trait FrameSource: Send + Sync {
 #[derive(Default)]
 pub(super) struct Arrival {
     /// The newest one of the usual exposure.
-    pub picture: Option<Picture>,
+    pub frame: Option<SourceFrame>,
     /// Those of shorter exposures.
-    pub shorter: Vec<Picture>,
+    pub bracketed: Vec<SourceFrame>,
     /// Pictures of the usual exposure skipped before `picture`, and damaged ones.
     pub dropped: u64,
     /// Said by sources that are in trouble; a picture means [`FeedState::Playing`] anyway.
@@ -35,7 +35,7 @@ impl Arrival {
 
 /// A picture that has come out of a source.
 #[derive(Clone, Debug)]
-pub(super) struct Picture {
+pub(super) struct SourceFrame {
     pub pixels: Arc<FramePixels>,
     pub captured: Duration,
     pub decode_time: Duration,

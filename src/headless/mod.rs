@@ -37,12 +37,12 @@ pub enum HeadlessError {
     NoAnswer,
     /// The GPU is still busy.
     #[error(
-        "the graphics device has not finished a frame within {0:?}: its driver hangs, or the picture is far too large for it. Try a smaller picture, a newer driver, or another one named by VK_DRIVER_FILES"
+        "the graphics device has not finished a frame within {0:?}: its driver hangs, or the image is far too large for it. Try a smaller image, a newer driver, or another one named by VK_DRIVER_FILES"
     )]
     Hung(Duration),
     /// Rendering has ended.
     #[error(
-        "rendering has stopped: the graphics device was lost or refused a command, and Bevy's log says why. Start again; if it happens once more, try a smaller picture, a newer driver, or another one named by VK_DRIVER_FILES"
+        "rendering has stopped: the graphics device was lost or refused a command, and Bevy's log says why. Start again; if it happens once more, try a smaller image, a newer driver, or another one named by VK_DRIVER_FILES"
     )]
     Stopped,
     /// Something was waited for in vain.

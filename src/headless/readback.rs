@@ -35,7 +35,7 @@ pub fn read_texture(app: &mut App, image: &Handle<Image>) -> Result<Vec<u8>, Hea
 struct ReadbackAnswers(VecDeque<Vec<u8>>);
 
 /// Renders frame after frame and hands each one's texture out as in [`read_texture`]. `after_update` is called with the number
-/// of each frame as soon as it is drawn, `on_picture` with the same number when its bytes have arrived, a frame or two later.
+/// of each frame as soon as it is drawn, `on_readback` with the same number when its bytes have arrived, a frame or two later.
 ///
 /// # Errors
 /// [`HeadlessError::NoAnswer`] if the texture does not exist or cannot be copied from; [`HeadlessError::Hung`] if the GPU takes
@@ -45,7 +45,7 @@ pub fn record(
     image: &Handle<Image>,
     frames: u32,
     mut after_update: impl FnMut(&mut App, u32),
-    mut on_picture: impl FnMut(u32, Vec<u8>),
+    mut on_readback: impl FnMut(u32, Vec<u8>),
 ) -> Result<(), HeadlessError> {
     app.insert_resource(ReadbackAnswers::default());
     let request = app
@@ -57,7 +57,7 @@ pub fn record(
     let mut take_arrived = |app: &mut App| {
         while let Some(bytes) = app.world_mut().resource_mut::<ReadbackAnswers>().0.pop_front() {
             let row = row_bytes(app, image).unwrap_or(bytes.len());
-            on_picture(arrived, unpad_rows(&bytes, row));
+            on_readback(arrived, unpad_rows(&bytes, row));
             arrived += 1;
         }
         arrived
@@ -74,7 +74,7 @@ pub fn record(
     app.world_mut().entity_mut(request).remove::<Readback>();
     let paused = pause_cameras(app.world_mut());
     if outcome.is_ok() {
-        outcome = wait_for_pictures(app, PATIENCE, |app| take_arrived(app) as usize, frames as usize);
+        outcome = wait_for_readbacks(app, PATIENCE, |app| take_arrived(app) as usize, frames as usize);
     }
     for camera in paused {
         if let Some(mut camera) = app.world_mut().get_mut::<Camera>(camera) {
@@ -86,7 +86,7 @@ pub fn record(
 }
 
 /// Updates until a number of pictures has arrived, as long as the device is busy and finishes one now and then.
-fn wait_for_pictures(
+fn wait_for_readbacks(
     app: &mut App,
     patience: Duration,
     mut arrived: impl FnMut(&mut App) -> usize,

@@ -14,7 +14,7 @@ use bevy::{
 use std::time::{Duration, Instant};
 
 /// Frames without anything to compile after which all pipelines are there.
-const QUIET_FRAMES: u32 = 4;
+const MIN_QUIET_FRAMES: u32 = 4;
 
 /// Renders frame after frame until `done` says so, which is asked after each.
 ///
@@ -54,15 +54,15 @@ pub fn settle(app: &mut App) -> Result<(), HeadlessError> {
     let mut quiet = 0;
     update_until(app, "loading all shaders", PATIENCE, |app| {
         let pipelines = app.get_sub_app(RenderApp).and_then(|app| app.world().get_resource::<PipelineCache>());
-        let is_waiting = pipelines.is_some_and(has_pipelines_on_their_way);
+        let is_waiting = pipelines.is_some_and(has_loading_pipelines);
         quiet = if is_waiting { 0 } else { quiet + 1 };
-        quiet >= QUIET_FRAMES
+        quiet >= MIN_QUIET_FRAMES
     })
 }
 
 /// Whether a pipeline waits for a shader that loads. Shaders with a fixed name are there from the start or never: Bevy asks for
 /// some that small devices do not have.
-fn has_pipelines_on_their_way(cache: &PipelineCache) -> bool {
+fn has_loading_pipelines(cache: &PipelineCache) -> bool {
     let waiting: HashSet<usize> = cache.waiting_pipelines().collect();
     let loads = |pipeline: &CachedPipeline| match &pipeline.descriptor {
         PipelineDescriptor::RenderPipelineDescriptor(of) => !matches!(of.vertex.shader.id(), AssetId::Uuid { .. }),

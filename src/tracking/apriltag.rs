@@ -6,9 +6,9 @@ use bevy::math::DVec2;
 use std::ptr::NonNull;
 
 /// Pictures with a shorter side crash the C library's thresholding.
-const LEAST_EDGE: u32 = 16;
+const MIN_EDGE: u32 = 16;
 /// Bits the decoder corrects; more make false detections likely.
-const CORRECTED_BITS: i32 = 2;
+const MAX_CORRECTED_BITS: i32 = 2;
 
 /// Detector for the family tag36h11.
 pub struct AprilTagDetector {
@@ -49,7 +49,7 @@ impl AprilTagDetector {
         // SAFETY: ours alone, of a known layout. Already the default, but without it corners are off by 0.6 px, not 0.07.
         unsafe { (*detector.as_ptr()).refine_edges = true };
         // SAFETY: both were made above; the detector only borrows the family, which `drop` frees after it.
-        unsafe { sys::apriltag_detector_add_family_bits(detector.as_ptr(), family.as_ptr(), CORRECTED_BITS) };
+        unsafe { sys::apriltag_detector_add_family_bits(detector.as_ptr(), family.as_ptr(), MAX_CORRECTED_BITS) };
         Ok(this)
     }
 
@@ -77,9 +77,9 @@ impl AprilTagDetector {
 }
 
 impl MarkerDetector for AprilTagDetector {
-    fn detect(&mut self, picture: LumaView, decimation: f32) -> Vec<DetectedMarker> {
-        let size = picture.size();
-        if size.min_element() < LEAST_EDGE {
+    fn detect(&mut self, luma: LumaView, decimation: f32) -> Vec<DetectedMarker> {
+        let size = luma.size();
+        if size.min_element() < MIN_EDGE {
             return Vec::new();
         }
         let mut image = sys::image_u8 {
@@ -87,19 +87,19 @@ impl MarkerDetector for AprilTagDetector {
             height: size.y as i32,
             stride: size.x as i32,
             // The library takes a mutable pointer and does not write through it.
-            buf: picture.pixels().as_ptr().cast_mut(),
+            buf: luma.pixels().as_ptr().cast_mut(),
         };
         // SAFETY: the picture has width · height bytes and outlives the call; the detector is exclusively ours. The list
         // holds pointers to detections, which are copied before everything is freed.
         unsafe {
             self.detector.as_mut().quad_decimate = decimation;
             let list = sys::apriltag_detector_detect(self.detector.as_ptr(), &raw mut image);
-            let Some(found) = NonNull::new(list) else {
+            let Some(detections) = NonNull::new(list) else {
                 return Vec::new();
             };
-            let pointers = found.as_ref().data.cast::<*const sys::apriltag_detection_t>();
+            let pointers = detections.as_ref().data.cast::<*const sys::apriltag_detection_t>();
             let markers =
-                (0..found.as_ref().size as usize).map(|i| from_c(&*pointers.add(i).read_unaligned())).collect();
+                (0..detections.as_ref().size as usize).map(|i| from_c(&*pointers.add(i).read_unaligned())).collect();
             sys::apriltag_detections_destroy(list);
             markers
         }
@@ -107,12 +107,12 @@ impl MarkerDetector for AprilTagDetector {
 }
 
 /// The library lists bottom-left, bottom-right, top-right, top-left.
-fn from_c(found: &sys::apriltag_detection_t) -> DetectedMarker {
-    let [bottom_left, bottom_right, top_right, top_left] = found.p.map(DVec2::from);
+fn from_c(detection: &sys::apriltag_detection_t) -> DetectedMarker {
+    let [bottom_left, bottom_right, top_right, top_left] = detection.p.map(DVec2::from);
     DetectedMarker {
-        id: found.id.unsigned_abs(),
+        id: detection.id.unsigned_abs(),
         corners: [top_left, top_right, bottom_right, bottom_left],
-        corrected_bits: found.hamming.unsigned_abs(),
+        corrected_bits: detection.hamming.unsigned_abs(),
     }
 }
 

@@ -5,11 +5,11 @@ use crate::camera::{FramePixels, srgb_to_linear};
 use bevy::{math::DVec2, prelude::*};
 
 /// Side of the window around a marker, in sizes of the marker.
-const WINDOW: f64 = 2.3;
+const WINDOW_SIZE: f64 = 2.3;
 /// Windows larger than this many pixels are searched at half resolution.
-const LARGE_WINDOW: u32 = 220;
+const MAX_FULL_RESOLUTION_WINDOW: u32 = 220;
 /// Corners that move farther than this share of the marker's size between the passes belong to something else.
-const MAX_MOVE: f64 = 0.1;
+const MAX_CORNER_MOVE: f64 = 0.1;
 
 /// Finds markers in a camera picture, with corners that do not shrink under blur.
 ///
@@ -17,27 +17,27 @@ const MAX_MOVE: f64 = 0.1;
 /// on linear pixels shadows make them hard to find. So markers are searched as the camera gave the picture, and each one's
 /// window is searched once more in linear light. If one of the `wanted` numbers is missing at half resolution, the search is
 /// repeated at full resolution.
-pub fn find_markers(detector: &mut dyn MarkerDetector, frame: &FramePixels, wanted: &[u32]) -> Vec<DetectedMarker> {
+pub fn detect_markers(detector: &mut dyn MarkerDetector, frame: &FramePixels, wanted: &[u32]) -> Vec<DetectedMarker> {
     let luma = frame.luma8();
-    let Some(picture) = LumaView::new(frame.size, &luma) else {
+    let Some(image) = LumaView::new(frame.size, &luma) else {
         return Vec::new();
     };
-    let mut found = detector.detect(picture, 2.0);
-    if wanted.iter().any(|id| found.iter().all(|marker| marker.id != *id)) {
-        let coarse = std::mem::replace(&mut found, detector.detect(picture, 1.0));
+    let mut detected = detector.detect(image, 2.0);
+    if wanted.iter().any(|id| detected.iter().all(|marker| marker.id != *id)) {
+        let coarse = std::mem::replace(&mut detected, detector.detect(image, 1.0));
         // Large blurred markers may be found at half resolution only; a missing one must not cost those in sight.
         for marker in coarse {
-            if found.iter().all(|other| other.id != marker.id) {
-                found.push(marker);
+            if detected.iter().all(|other| other.id != marker.id) {
+                detected.push(marker);
             }
         }
     }
-    for marker in &mut found {
+    for marker in &mut detected {
         if let Some(corners) = refine_in_linear_light(detector, frame, marker) {
             marker.corners = corners;
         }
     }
-    found
+    detected
 }
 
 fn refine_in_linear_light(
@@ -48,16 +48,16 @@ fn refine_in_linear_light(
     let low = marker.corners.iter().copied().reduce(DVec2::min)?;
     let high = marker.corners.iter().copied().reduce(DVec2::max)?;
     let size = (high - low).max_element();
-    let margin = 0.5 * (WINDOW - 1.0) * size;
+    let margin = 0.5 * (WINDOW_SIZE - 1.0) * size;
     let start = (low - margin).max(DVec2::ZERO).as_uvec2();
     let end = (high + margin).max(DVec2::ZERO).as_uvec2().min(frame.size);
     let extent = end.checked_sub(start)?;
     let window = linear_window(frame, start, extent);
-    let decimation = if extent.max_element() > LARGE_WINDOW { 2.0 } else { 1.0 };
-    let again = detector.detect(LumaView::new(extent, &window)?, decimation);
-    let refined = again.into_iter().find(|candidate| candidate.id == marker.id)?;
+    let decimation = if extent.max_element() > MAX_FULL_RESOLUTION_WINDOW { 2.0 } else { 1.0 };
+    let candidates = detector.detect(LumaView::new(extent, &window)?, decimation);
+    let refined = candidates.into_iter().find(|candidate| candidate.id == marker.id)?;
     let corners = refined.corners.map(|corner| corner + start.as_dvec2());
-    let is_same = corners.iter().zip(&marker.corners).all(|(a, b)| a.distance(*b) < MAX_MOVE * size);
+    let is_same = corners.iter().zip(&marker.corners).all(|(a, b)| a.distance(*b) < MAX_CORNER_MOVE * size);
     is_same.then_some(corners)
 }
 
@@ -83,7 +83,7 @@ mod tests {
     struct Resolutions;
 
     impl MarkerDetector for Resolutions {
-        fn detect(&mut self, _picture: LumaView, decimation: f32) -> Vec<DetectedMarker> {
+        fn detect(&mut self, _image: LumaView, decimation: f32) -> Vec<DetectedMarker> {
             let at = if decimation == 2.0 { 20.0 } else { 60.0 };
             let corner = |x: f64, y: f64| DVec2::new(at + x, at + y);
             let corners = [corner(0.0, 0.0), corner(9.0, 0.0), corner(9.0, 9.0), corner(0.0, 9.0)];
@@ -96,7 +96,7 @@ mod tests {
     fn a_missing_marker_does_not_cost_one_seen_at_half_resolution() {
         let frame = FramePixels::new(UVec2::splat(100), vec![128; 40_000]).expect("as many bytes as the size says");
         let ids = |wanted: &[u32]| {
-            let mut ids: Vec<_> = find_markers(&mut Resolutions, &frame, wanted).iter().map(|m| m.id).collect();
+            let mut ids: Vec<_> = detect_markers(&mut Resolutions, &frame, wanted).iter().map(|m| m.id).collect();
             ids.sort_unstable();
             ids
         };

@@ -1,7 +1,7 @@
 //! The detector of a game, and the systems that run it.
 
 use super::{
-    DetectedMarker, DetectedMarkers, MarkerAnchor, MarkerDetector, TrackingError, detect_markers::find_markers,
+    DetectedMarker, DetectedMarkers, MarkerAnchor, MarkerDetector, TrackingError, detect_markers::detect_markers,
 };
 use crate::camera::{ArCamera, ArrivingFrame, CameraFrame, FramePixels};
 use bevy::{
@@ -35,12 +35,12 @@ impl MarkerDetection {
         Err(TrackingError::NoDetector)
     }
 
-    /// [`find_markers`], and how long it took. Waits while another camera's picture is searched.
-    fn find(&self, frame: &FramePixels, wanted: &[u32]) -> (Vec<DetectedMarker>, Duration) {
+    /// [`detect_markers`], and how long it took. Waits while another camera's picture is searched.
+    fn detect(&self, frame: &FramePixels, wanted: &[u32]) -> (Vec<DetectedMarker>, Duration) {
         // A detector that panicked once may work on the next picture.
         let mut detector = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let started = Instant::now();
-        let markers = find_markers(&mut *detector, frame, wanted);
+        let markers = detect_markers(&mut *detector, frame, wanted);
         (markers, started.elapsed())
     }
 }
@@ -84,7 +84,7 @@ pub(super) fn detect_in_background(
         };
         let wanted = wanted_ids(anchors.iter());
         let search = async move {
-            let (markers, cpu_time) = detection.find(&frame.pixels, &wanted);
+            let (markers, cpu_time) = detection.detect(&frame.pixels, &wanted);
             let detected = DetectedMarkers { sequence: frame.sequence, markers, cpu_time };
             (frame, detected)
         };
@@ -95,7 +95,7 @@ pub(super) fn detect_in_background(
 type FramedCamera = (Entity, &'static CameraFrame, Option<&'static DetectedMarkers>);
 
 /// Searches pictures that were let through without: those of feeds in lockstep, and those the game inserts itself.
-pub(super) fn detect_markers(
+pub(super) fn detect_at_once(
     mut commands: Commands,
     detection: Option<Res<MarkerDetection>>,
     cameras: Query<FramedCamera, With<ArCamera>>,
@@ -120,7 +120,7 @@ pub(super) fn detect_markers(
             }
             return;
         };
-        let (markers, cpu_time) = detection.find(&frame.pixels, &wanted);
+        let (markers, cpu_time) = detection.detect(&frame.pixels, &wanted);
         commands.entity(camera).insert(DetectedMarkers { sequence: frame.sequence, markers, cpu_time });
     }
 }

@@ -42,5 +42,5 @@ pub struct DetectedMarker {
 /// Finds tag36h11 markers.
 pub trait MarkerDetector: Send + Sync {
     /// All markers in a picture, searched at `1 / decimation` of its resolution (corners are refined at full resolution).
-    fn detect(&mut self, picture: LumaView, decimation: f32) -> Vec<DetectedMarker>;
+    fn detect(&mut self, image: LumaView, decimation: f32) -> Vec<DetectedMarker>;
 }

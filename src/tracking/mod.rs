@@ -32,14 +32,24 @@ mod track;
 
 #[cfg(feature = "apriltag")]
 pub use apriltag::AprilTagDetector;
-pub use detect_markers::find_markers;
+pub use detect_markers::detect_markers;
 pub use detection::MarkerDetection;
 pub use detector::{DetectedMarker, LumaView, MarkerDetector};
+/// Old name of [`detect_markers`](fn@detect_markers).
+#[deprecated(since = "0.1.0", note = "use `detect_markers`")]
+#[doc(hidden)]
+pub fn find_markers(detector: &mut dyn MarkerDetector, frame: &FramePixels, wanted: &[u32]) -> Vec<DetectedMarker> {
+    detect_markers(detector, frame, wanted)
+}
+
 pub use pose::{MarkerPose, PoseCandidates};
 #[cfg(feature = "apriltag")]
 pub use print::marker_sheet_svg;
 
-use crate::{MirrorballSystems, camera::PicturesAwaitTracking};
+use crate::{
+    MirrorballSystems,
+    camera::{FramePixels, FramesAwaitTracking},
+};
 use bevy::prelude::*;
 use std::time::Duration;
 
@@ -62,7 +72,7 @@ pub enum TrackingError {
     #[error("tag36h11 has no marker number {0}; numbers go from 0 to 586")]
     NoSuchMarker(u32),
     /// A size that is not a length.
-    #[error("a marker cannot be {0} metres wide; give the side of its black square, above 0")]
+    #[error("a marker cannot be {0} meters wide; give the side of its black square, above 0")]
     BadSize(f32),
 }
 
@@ -170,13 +180,13 @@ impl Plugin for TrackingPlugin {
             .register_type::<WorldOrigin>()
             .register_type::<MarkerTracking>()
             .register_type::<DetectedMarkers>()
-            .init_resource::<PicturesAwaitTracking>()
+            .init_resource::<FramesAwaitTracking>()
             .add_systems(
                 PreUpdate,
                 (
                     track::check_anchors,
                     detection::detect_in_background,
-                    detection::detect_markers,
+                    detection::detect_at_once,
                     track::estimate_poses,
                     track::apply_poses,
                 )

@@ -33,15 +33,16 @@ pub struct PoseCandidates {
 }
 
 /// Below this ratio of the alternative's error to the best one's, either could be true.
-const AMBIGUOUS_RATIO: f32 = 3.0;
+const MIN_UNAMBIGUOUS_ERROR_RATIO: f32 = 3.0;
 /// Both candidates are the same pose if their normals differ by less, in radians.
-const SAME_POSE: f64 = 1e-3;
+const MIN_NORMAL_DIFFERENCE: f64 = 1e-3;
 
 impl PoseCandidates {
     /// Whether the corners alone do not decide between the two.
     pub fn is_ambiguous(&self) -> bool {
         self.best != self.alternative
-            && self.alternative.reprojection_error < AMBIGUOUS_RATIO * self.best.reprojection_error.max(1e-3)
+            && self.alternative.reprojection_error
+                < MIN_UNAMBIGUOUS_ERROR_RATIO * self.best.reprojection_error.max(1e-3)
     }
 
     /// The candidate to believe: the one nearer to where the marker was last, if the corners do not decide.
@@ -62,8 +63,8 @@ impl PoseCandidates {
         let first = square.refine(square.first_guess()?)?;
         let second = square.refine(first.mirrored()).unwrap_or(first);
         let angle = first.rotation.y_axis.angle_between(second.rotation.y_axis);
-        let (first, second) = (square.judge(&first), square.judge(&second));
-        if angle < SAME_POSE {
+        let (first, second) = (square.to_marker_pose(&first), square.to_marker_pose(&second));
+        if angle < MIN_NORMAL_DIFFERENCE {
             return Some(Self { best: first, alternative: first });
         }
         let is_first_better = first.reprojection_error <= second.reprojection_error;
@@ -153,12 +154,12 @@ impl<'a> Square<'a> {
     }
 
     fn refine(&self, start: CvPose) -> Option<CvPose> {
-        const STEPS: u32 = 30;
-        const ENOUGH: f64 = 1e-12;
+        const MAX_STEPS: u32 = 30;
+        const MIN_COST_DECREASE: f64 = 1e-12;
         let mut pose = start;
         let mut damping = 1e-3;
         let (mut cost, mut normal, mut gradient) = self.linearize(&pose)?;
-        for _ in 0..STEPS {
+        for _ in 0..MAX_STEPS {
             let mut damped = normal;
             for (i, row) in damped.iter_mut().enumerate() {
                 row[i] *= 1.0 + damping;
@@ -176,7 +177,7 @@ impl<'a> Square<'a> {
                     let gain = cost - next_cost;
                     (pose, cost, normal, gradient) = (next, next_cost, next_normal, next_gradient);
                     damping = (damping * 0.2).max(1e-12);
-                    if gain < ENOUGH {
+                    if gain < MIN_COST_DECREASE {
                         break;
                     }
                 }
@@ -186,7 +187,7 @@ impl<'a> Square<'a> {
         Some(pose)
     }
 
-    fn judge(&self, pose: &CvPose) -> MarkerPose {
+    fn to_marker_pose(&self, pose: &CvPose) -> MarkerPose {
         let cost = self.linearize(pose).map_or(f64::MAX, |(cost, ..)| cost);
         // Bevy looks along −Z with +Y up.
         let flip = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
@@ -248,10 +249,10 @@ mod tests {
         })
     }
 
-    fn assert_close(pose: &MarkerPose, truth: &Isometry3d, radians: f32, share: f32) {
+    fn assert_close(pose: &MarkerPose, truth: &Isometry3d, radians: f32, fraction: f32) {
         let turn = pose.camera_from_marker.rotation.angle_between(truth.rotation);
         let shift = pose.camera_from_marker.translation.distance(truth.translation) / truth.translation.length();
-        assert!(turn < radians && shift < share, "off by {turn} rad and {shift} of the distance");
+        assert!(turn < radians && shift < fraction, "off by {turn} rad and {shift} of the distance");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::{AprilTagDetector, MarkerAnchor, TrackingError};
 use std::fmt::Write;
 
-/// A4 in millimetres.
+/// A4 in millimeters.
 const PAGE: (f32, f32) = (210.0, 297.0);
 /// Cells along a side of the black square.
 const SQUARE_CELLS: f32 = 8.0;
@@ -29,7 +29,7 @@ pub fn marker_sheet_svg(id: u32, size: f32) -> Result<String, TrackingError> {
             let _ = write!(squares, "M{x:.3} {y:.3}h{0:.3}v{0:.3}h-{0:.3}z", cell + 0.01);
         }
     }
-    let millimetres = size * 1000.0;
+    let millimeters = size * 1000.0;
     let (middle, below) = (0.5 * PAGE.0, top + 10.0 * cell + 12.0);
     Ok(format!(
         r#"<svg xmlns="http://www.w3.org/2000/svg" width="{}mm" height="{}mm" viewBox="0 0 {} {}">
@@ -38,7 +38,7 @@ pub fn marker_sheet_svg(id: u32, size: f32) -> Result<String, TrackingError> {
 <path d="M{middle} {} l3 5h-6z"/>
 <g font-family="sans-serif" font-size="4" text-anchor="middle">
 <text x="{middle}" y="{}">top edge</text>
-<text x="{middle}" y="{below}">tag36h11 number {id}, black square {millimetres} mm. Print at 100 %.</text>
+<text x="{middle}" y="{below}">tag36h11 number {id}, black square {millimeters} mm. Print at 100 %.</text>
 <text x="{middle}" y="{}">This bar is 100 mm long:</text>
 </g>
 <path d="M{} {}h100" stroke="black" stroke-width="0.5"/>
