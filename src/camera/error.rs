@@ -7,7 +7,7 @@ use std::path::PathBuf;
 pub enum CameraError {
     /// A picture file could not be read or decoded.
     #[error("cannot read the image {path}: {source}. Give a PNG, JPEG or Radiance file that other programs can open")]
-    SourceFrame {
+    File {
         /// The file as it was named.
         path: PathBuf,
         /// What the decoder said.
@@ -25,7 +25,8 @@ pub enum CameraError {
     },
     /// A clip's sidecar is not what it has to be.
     #[error(
-        "{path}: {source}. It needs \"image\": [width, height] and \"fps\"; \"intrinsics\": {{\"fx\", \"fy\", \"cx\", \"cy\"}} in pixels, \
+        "{path}: {source}. It needs \"image\": [width, height] and \"fps\"; \
+         \"intrinsics\": {{\"fx\", \"fy\", \"cx\", \"cy\"}} in pixels, \
          \"pattern\": \"frame_*.jpg\" and \"exposures\": [1, 1, 0.125] are optional"
     )]
     ClipSidecar {
@@ -56,7 +57,8 @@ pub enum CameraError {
     },
     /// A feed's exposure cannot be.
     #[error(
-        "the exposure of CameraFeed::with_exposure is {0}; it has to be above 0 and at most 1, the exposure of a normal frame"
+        "the exposure of CameraFeed::with_exposure is {0}; it has to be above 0 and at most 1, the exposure \
+         of a normal frame"
     )]
     Exposure(f32),
     /// An image asset cannot be used as a camera frame.
