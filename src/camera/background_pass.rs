@@ -1,4 +1,4 @@
-//! Draws the camera picture behind everything, before the opaque pass and without touching depth.
+//! Render pass that draws the camera frame behind everything, before the opaque pass and without touching depth.
 
 use super::{
     background_pipeline::{BackgroundPipeline, init_background_pipeline},
@@ -19,7 +19,7 @@ use bevy::{
 };
 
 pub(super) fn build(app: &mut App) {
-    // Programs that only measure may do without assets.
+    // Programs that only measure have no assets.
     if app.world().contains_resource::<EmbeddedAssetRegistry>() {
         embedded_asset!(app, "background_pass.wgsl");
     }

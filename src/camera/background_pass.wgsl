@@ -1,4 +1,4 @@
-// Draws the camera picture behind everything.
+// Draws the camera frame behind everything.
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 

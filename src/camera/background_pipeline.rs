@@ -1,4 +1,4 @@
-//! Pipeline that draws camera pictures as backgrounds.
+//! Render pipeline that draws camera frames as backgrounds.
 
 use bevy::{
     asset::load_embedded_asset,

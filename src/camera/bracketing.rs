@@ -1,27 +1,29 @@
-//! Pictures that got less light than the others of their feed: what a usual exposure clips, a shorter one shows.
+//! Bracketed frames: frames with a shorter exposure than the normal frames of their camera.
 //!
-//! They are measured and never shown: no background, no markers, no environment is made of them.
+//! They resolve highlights that the normal exposure clips. The crate only measures them: it never draws them, searches
+//! them for markers or makes environment maps of them.
 
 use super::{CameraError, FramePixels};
 use bevy::prelude::*;
 use std::{sync::Arc, time::Duration};
 
-/// A picture at a shorter exposure.
+/// A frame with a shorter exposure than normal.
 #[derive(Clone, Debug)]
 pub struct BracketedFrame {
-    /// The picture. Shared, never changed in place.
+    /// The pixels. Shared, never changed in place.
     pub pixels: Arc<FramePixels>,
-    /// Light it got, the usual picture's being 1: above 0 and below 1.
+    /// Exposure relative to the normal frames, which have 1. Above 0 and below 1.
     pub exposure: f32,
-    /// When it was taken, on the clock of [`CameraFrame::captured`](super::CameraFrame::captured).
+    /// Time of capture, on the clock of [`CameraFrame::captured`](super::CameraFrame::captured).
     pub captured: Duration,
 }
 
-/// The newest picture of each shorter exposure; on the camera entity once the first one has arrived.
+/// The newest frame of each shorter exposure. Lives on the camera entity once the first one has arrived.
 ///
-/// Recorded clips name them in their [sidecar](super::Clip), webcams take them by themselves
-/// (`DeviceOptions::shorter_exposures`, Linux), and a game says it of pictures it supplies. The light of the next usual picture is solved with
-/// them ([`lighting`](crate::lighting)).
+/// Recorded clips list exposures in their [sidecar](super::Clip), webcams on Linux bracket by themselves
+/// (`DeviceOptions::shorter_exposures`), and a game marks the pixels that it supplies with
+/// [`CameraFeed::with_exposure`](super::CameraFeed::with_exposure). [`lighting`](crate::lighting) uses the newest ones
+/// when it solves the light of the next normal frame.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -39,18 +41,18 @@ pub struct BracketedFrame {
 #[derive(Component, Clone, Debug, Default)]
 pub struct BracketedFrames(Vec<BracketedFrame>);
 
-/// Exposures that differ by less than this are the same, relative.
+/// Smallest relative difference between two exposures that are kept apart.
 const MIN_EXPOSURE_DIFFERENCE: f32 = 0.02;
-/// Most exposures that are kept; more than a series needs.
+/// Largest number of exposures to keep; more than an exposure bracket needs.
 const MAX_EXPOSURES: usize = 8;
 
 impl BracketedFrames {
-    /// The pictures, in the order of their arrival.
+    /// Returns the frames in the order of their arrival.
     pub fn iter(&self) -> impl Iterator<Item = &BracketedFrame> {
         self.0.iter()
     }
 
-    /// Takes a picture in, in place of an older one of the same exposure.
+    /// Adds a frame, in place of an older one with the same exposure.
     pub fn insert(&mut self, frame: BracketedFrame) {
         self.0.retain(|known| !known.is_same_exposure(&frame));
         self.0.push(frame);
@@ -65,7 +67,7 @@ impl BracketedFrame {
     }
 }
 
-/// Whether pictures can have got this much light compared with the usual ones.
+/// Returns an error unless frames can have this exposure relative to the normal ones.
 pub(super) fn check_exposure(exposure: f32) -> Result<(), CameraError> {
     if is_exposure(exposure) { Ok(()) } else { Err(CameraError::Exposure(exposure)) }
 }

@@ -1,4 +1,4 @@
-//! Plays a recorded clip.
+//! Frame source that plays a recorded clip.
 
 use super::{
     CameraError, Clip, FeedPace, FeedState,
@@ -11,11 +11,11 @@ use bevy::{
 };
 use std::{ops::RangeInclusive, path::Path, time::Duration};
 
-/// A clip and how far it has been played.
+/// A clip and its playback position.
 pub(super) struct ClipSource {
     clip: Clip,
     pace: FeedPace,
-    /// When step 0 was due.
+    /// Time at which step 0 was due.
     started: Option<Duration>,
     next_step: u64,
     running: Option<RunningSteps>,
@@ -38,7 +38,7 @@ impl ClipSource {
         match decoded.into_frame(captured, self.clip.intrinsics) {
             Ok(frame) if exposure < 1.0 => arrival.bracketed.push(SourceFrame { exposure, ..frame }),
             Ok(frame) => arrival.frame = Some(frame),
-            // The next picture may be good.
+            // The next frame may be good.
             Err(error) => {
                 arrival.dropped += 1;
                 arrival.state = Some(FeedState::Lost(error.to_string()));
@@ -46,7 +46,7 @@ impl ClipSource {
         }
     }
 
-    /// The steps up to the next picture that is shown or cannot be read.
+    /// Decodes the steps up to the next frame that is shown or cannot be read.
     fn next_in_lockstep(&mut self) -> Arrival {
         let mut arrival = Arrival::default();
         while arrival.frame.is_none() && arrival.state.is_none() {
@@ -57,7 +57,7 @@ impl ClipSource {
         arrival
     }
 
-    /// The newest step of each exposure, in order; a slow game must not see short ones only.
+    /// Newest step of each exposure, in order. Even a slow game thus sees normal frames beside the short ones.
     fn newest_of_each(&self, steps: RangeInclusive<u64>) -> Vec<u64> {
         let mut newest: Vec<u64> = Vec::new();
         for step in steps.rev().take(self.clip.files.len()) {

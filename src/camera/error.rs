@@ -1,61 +1,61 @@
-//! What can go wrong with camera feeds.
+//! Errors of camera feeds.
 
 use std::path::PathBuf;
 
-/// What can go wrong on the way from a source to a picture.
+/// Errors on the way from a source to a frame.
 #[derive(thiserror::Error, Debug)]
 pub enum CameraError {
-    /// A picture file could not be read or decoded.
+    /// An image file could not be read or decoded.
     #[error("cannot read the image {path}: {source}. Give a PNG, JPEG or Radiance file that other programs can open")]
     File {
-        /// The file as it was named.
+        /// Path as the game gave it.
         path: PathBuf,
-        /// What the decoder said.
+        /// Error of the decoder.
         source: image::ImageError,
     },
-    /// A clip's folder or its sidecar could not be read.
+    /// The folder or the sidecar of a clip could not be read.
     #[error(
         "cannot read {path}: {source}. A clip is a folder of JPEG or PNG files with a sidecar clip.json beside them"
     )]
     ClipUnreadable {
-        /// The folder or file.
+        /// Path of the folder or file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A clip's sidecar is not what it has to be.
+    /// The sidecar of a clip is malformed.
     #[error(
         "{path}: {source}. It needs \"image\": [width, height] and \"fps\"; \
          \"intrinsics\": {{\"fx\", \"fy\", \"cx\", \"cy\"}} in pixels, \
          \"pattern\": \"frame_*.jpg\" and \"exposures\": [1, 1, 0.125] are optional"
     )]
     ClipSidecar {
-        /// The sidecar.
+        /// Path of the sidecar.
         path: PathBuf,
-        /// What is wrong, with field, line and column.
+        /// Error of the parser, with field, line and column.
         source: serde_json::Error,
     },
-    /// A number of a clip's sidecar makes no sense.
+    /// A value in the sidecar of a clip is out of range.
     #[error("{path}: \"{field}\" is {found}; it has to be {expected}")]
     ClipValue {
-        /// The sidecar.
+        /// Path of the sidecar.
         path: PathBuf,
-        /// The field.
+        /// Name of the field.
         field: &'static str,
         /// Its value.
         found: String,
-        /// What it has to be.
+        /// Values that are valid.
         expected: &'static str,
     },
-    /// A clip has no pictures.
+    /// A clip has no images.
     #[error("no images named {pattern} in {folder}; put JPEG or PNG files there or correct \"pattern\" in clip.json")]
     ClipEmpty {
-        /// The clip's folder.
+        /// Folder of the clip.
         folder: PathBuf,
-        /// The names that were looked for.
+        /// Pattern that no file name matched.
         pattern: String,
     },
-    /// A feed's exposure cannot be.
+    /// The exposure of a feed is out of range.
     #[error(
         "the exposure of CameraFeed::with_exposure is {0}; it has to be above 0 and at most 1, the exposure \
          of a normal frame"

@@ -1,13 +1,14 @@
-//! Where pictures come from, and how that is going.
+//! Camera feeds: the source of the frames of a camera, and its settings.
 
 use super::{FeedState, FeedStatistics, FramePixels};
 use bevy::prelude::*;
 use std::{path::PathBuf, sync::Arc};
 
-/// Source of an [`ArCamera`](super::ArCamera)'s pictures.
+/// Source of the frames of an [`ArCamera`](super::ArCamera).
 ///
-/// Decoding runs in the background; when pictures come faster than they are used, the newest one wins and the rest is counted
-/// as dropped. Read [`FeedState`] to see how it goes, [`FeedStatistics`] for figures.
+/// Decoding runs in the background. If frames arrive faster than they are used, the newest one is kept and the others
+/// are counted as dropped. [`FeedState`] on the same entity reports whether frames arrive, [`FeedStatistics`] how
+/// many.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -37,7 +38,7 @@ pub(super) enum FeedSource {
 }
 
 impl CameraFeed {
-    /// A still picture from a PNG or JPEG file, decoded once when the component is added or replaced.
+    /// A still image from a PNG, JPEG or Radiance file. It is decoded once, when the component is added or replaced.
     pub fn file(path: impl Into<PathBuf>) -> Self {
         Self::new(FeedSource::File(path.into()))
     }
@@ -49,19 +50,22 @@ impl CameraFeed {
         Self::file(path)
     }
 
-    /// Pixels the game has already; insert a new `CameraFeed` for each new picture.
+    /// Pixels that the game already has. Insert a new `CameraFeed` for each new frame.
     pub fn pixels(pixels: impl Into<Arc<FramePixels>>) -> Self {
         Self::new(FeedSource::Pixels(pixels.into()))
     }
 
-    /// A recorded clip, repeated for ever: a folder of JPEG or PNG files with a sidecar `clip.json`; see [`Clip`](super::Clip).
+    /// A recorded clip, repeated forever: a folder of JPEG or PNG files with a sidecar `clip.json`; see
+    /// [`Clip`](super::Clip).
     pub fn clip(folder: impl Into<PathBuf>) -> Self {
         Self::new(FeedSource::Clip(folder.into()))
     }
 
-    /// A webcam: a number, or [`DeviceOptions`](super::DeviceOptions) with name, size, rate and exposure. A camera that is missing or
-    /// unplugged is [`FeedState::Lost`]; it is looked for every second. Intrinsics have to be in
-    /// [`ArCamera::intrinsics`](super::ArCamera::intrinsics).
+    /// A webcam, given by its number or by [`DeviceOptions`](super::DeviceOptions) with name, size, frame rate and
+    /// exposure.
+    ///
+    /// A camera that is missing or unplugged is [`FeedState::Lost`]; the feed looks for it every second. Webcams do
+    /// not know their intrinsics: set [`ArCamera::intrinsics`](super::ArCamera::intrinsics).
     ///
     /// ```
     /// # use bevy::prelude::*;
@@ -76,30 +80,33 @@ impl CameraFeed {
         Self::new(FeedSource::Device(options.into()))
     }
 
-    /// Any image of the game: a video player's, another camera's render target, a network stream's.
+    /// An image of the game, for example of a video player, of another camera that renders into it or of a network
+    /// stream.
     ///
-    /// A new picture is taken each time the [`Image`] asset changes on the CPU. An image without data on the CPU is read back
-    /// from the GPU once a frame, which takes a frame or two; it needs the usage `COPY_SRC`. The format has to be 8-bit
-    /// `Rgba8` or `Bgra8`; bytes are taken as sRGB-encoded whether the format says so or not, as video is. Tracking needs what it
-    /// needs of any picture: a sharp marker at least 40 pixels wide, rows from top to bottom, no lens distortion, and
-    /// [`ArCamera::intrinsics`](super::ArCamera::intrinsics).
+    /// The feed takes a new frame each time the [`Image`] asset changes on the CPU. An image without data on the CPU
+    /// is read back from the GPU once per frame, which takes a frame or two; it needs the usage `COPY_SRC`. The format
+    /// has to be 8-bit `Rgba8` or `Bgra8`; bytes are taken as sRGB-encoded whether the format says so or not, as is
+    /// usual for video. Tracking has the same requirements as for any frame: a sharp marker at least 40 pixels wide,
+    /// rows from top to bottom, no lens distortion, and [`ArCamera::intrinsics`](super::ArCamera::intrinsics).
     pub fn image(image: Handle<Image>) -> Self {
         Self::new(FeedSource::Image(image))
     }
 
-    /// The same source at another pace. [`FeedPace::Live`] if never called.
+    /// Sets the pace. Defaults to [`FeedPace::Live`].
     pub fn with_pace(self, pace: FeedPace) -> Self {
         Self { pace, ..self }
     }
 
-    /// The same source, whose pictures got this much light compared with the usual ones of this camera: above 0 and at most 1. Those
-    /// below 1 are not shown; they go into [`BracketedFrames`](super::BracketedFrames) and tell what the next usual picture clips. 1 if
-    /// never called. Other numbers are [`FeedState::Failed`].
+    /// Sets the exposure of these frames relative to the normal frames of the camera. Above 0 and at most 1; defaults
+    /// to 1. Other values lead to [`FeedState::Failed`].
+    ///
+    /// Frames below 1 are not shown. They are collected in [`BracketedFrames`](super::BracketedFrames), where they
+    /// resolve what the next normal frame clips.
     pub fn with_exposure(self, exposure: f32) -> Self {
         Self { exposure, ..self }
     }
 
-    /// Its pace.
+    /// Pace of the feed.
     pub fn pace(&self) -> FeedPace {
         self.pace
     }
@@ -109,14 +116,16 @@ impl CameraFeed {
     }
 }
 
-/// How a feed and the game wait for each other.
+/// Synchronization of a feed with the updates of the game.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum FeedPace {
-    /// The game never waits: pictures are decoded and searched for markers in the background and appear when that is done.
+    /// The game never waits. Frames are decoded and searched for markers in the background and appear when that is
+    /// finished.
     #[default]
     Live,
-    /// Each update waits for the next picture and its markers: nothing is dropped, every run is the same. For rendering to
-    /// files and for tests. Live cameras and images do not wait for new pictures, only their markers are waited for.
+    /// Each update waits for the next frame and its markers. No frame is dropped and every run gives the same result.
+    /// For rendering to files and for tests. With webcams and images, updates wait for the markers only, not for new
+    /// frames.
     Lockstep,
 }

@@ -3,45 +3,46 @@
 use bevy::prelude::*;
 use std::time::Duration;
 
-/// How a feed is doing.
+/// State of a camera feed.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub enum FeedState {
-    /// No picture has arrived yet.
+    /// No frame has arrived yet.
     #[default]
     Waiting,
-    /// Pictures arrive.
+    /// Frames arrive.
     Playing,
-    /// Pictures have stopped for the moment; the text says why. The last good picture stays, and the feed goes on by itself when
-    /// it can.
+    /// No frames arrive at present; the text says why. The last good frame stays, and the feed resumes by itself.
     Lost(String),
-    /// The source cannot be used; the text says why and what to do. The last good picture stays. Insert a new
-    /// [`CameraFeed`] to try again.
+    /// The source cannot be used; the text gives the reason and the remedy. The last good frame stays. Insert a new
+    /// [`CameraFeed`](super::CameraFeed) to try again.
     Failed(String),
 }
 
-/// Figures of a feed since its [`CameraFeed`] was added to the entity.
+/// Statistics of a feed since its [`CameraFeed`](super::CameraFeed) was added to the entity.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct FeedStatistics {
-    /// Pictures taken in, those of a shorter exposure aside.
+    /// Number of frames received, without bracketed ones.
     pub frames: u64,
-    /// Pictures of a shorter exposure taken in. They are neither shown nor counted as dropped when they are replaced.
+    /// Number of frames received with a shorter exposure. They are neither shown nor counted as dropped when replaced.
     pub bracketed: u64,
-    /// Pictures the source had and the game never saw: replaced by newer ones, or damaged.
+    /// Number of frames that the source delivered and the game never saw, because they were damaged or newer ones
+    /// replaced them.
     pub dropped: u64,
-    /// Pictures per second that the source delivers at its usual exposure, dropped ones included, smoothed. 0 until two have arrived.
+    /// Frames per second that the source delivers at its normal exposure, including dropped ones; smoothed. 0 until
+    /// two frames have arrived.
     pub capture_rate: f32,
-    /// Time the decoding of the newest picture took, in the background.
+    /// Time that decoding the newest frame took in the background.
     pub decode_time: Duration,
     pub(super) last_captured: Option<Duration>,
 }
 
-/// Weight of the newest picture in the smoothed capture rate.
+/// Weight of the newest frame in the smoothed capture rate.
 const RATE_SMOOTHING: f32 = 0.1;
 
 impl FeedStatistics {
-    /// Counts `dropped` pictures and then one that was taken in.
+    /// Counts `dropped` frames and then one that was received.
     pub(super) fn note_frame(&mut self, dropped: u64, captured: Duration, decode_time: Duration) {
         self.frames += 1;
         self.decode_time = decode_time;

@@ -1,4 +1,4 @@
-//! Images of the game as camera pictures.
+//! Frame source that shows an image of the game.
 
 use super::{
     CameraError, CameraFeed, FramePixels,
@@ -19,7 +19,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Where the newest pixels of an image lie until the feed is polled.
+/// Newest pixels of an image, until the feed is polled.
 type Slot = Arc<Mutex<Option<Delivery>>>;
 
 struct Delivery {
@@ -36,11 +36,11 @@ fn deliver(slot: &Slot, convert: impl FnOnce() -> Result<FramePixels, CameraErro
     *slot = Some(Delivery { pixels, time: started.elapsed(), dropped });
 }
 
-/// The source of a feed that shows an image.
+/// Frame source of a feed that shows an image.
 pub(super) struct ImageSource(Slot);
 
 impl ImageSource {
-    /// A source, and where to put the pixels that it shows.
+    /// Creates a source and the slot that receives its pixels.
     pub(super) fn new() -> (Self, ImageSlot) {
         let slot = Slot::default();
         (Self(slot.clone()), ImageSlot { slot, is_filled: false })
@@ -69,15 +69,15 @@ impl FrameSource for ImageSource {
     }
 }
 
-/// The other end of an [`ImageSource`].
+/// The receiving end of an [`ImageSource`].
 #[derive(Component)]
 pub(super) struct ImageSlot {
     slot: Slot,
-    /// Whether the image has been looked at; from then on only changes are news.
+    /// Whether the image has been read once. From then on, only changes of the image are read.
     is_filled: bool,
 }
 
-/// Reads an image back from the GPU for the feed of its parent.
+/// Marks the child entity that reads the image of a feed back from the GPU.
 #[derive(Component)]
 pub(super) struct ImageReader;
 
@@ -128,7 +128,7 @@ pub(super) fn watch_images(
     }
 }
 
-/// Pixels from the bytes of a texture.
+/// Converts the bytes of a texture to pixels.
 fn from_texture(size: UVec2, format: TextureFormat, bytes: &[u8]) -> Result<FramePixels, CameraError> {
     let swaps_red_and_blue = match format {
         TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb => false,

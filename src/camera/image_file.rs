@@ -1,4 +1,4 @@
-//! Image files, decoded at once or in the background.
+//! Decoding of image files, at once or in the background.
 
 use super::{CameraError, FramePixels, Intrinsics, source::SourceFrame};
 use bevy::{
@@ -12,10 +12,10 @@ use std::{
 };
 
 impl FramePixels {
-    /// Reads and decodes a picture file.
+    /// Reads and decodes an image file.
     ///
     /// # Errors
-    /// [`CameraError::File`] names the file and what was wrong with it.
+    /// [`CameraError::File`] names the file and contains the error of the decoder.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, CameraError> {
         let path = path.as_ref();
         let fail = |source| CameraError::File { path: path.to_owned(), source };
@@ -29,10 +29,10 @@ impl FramePixels {
     }
 }
 
-/// A picture file that is being decoded in the background.
+/// An image file that is being decoded in the background.
 pub(super) struct Decoding(Task<Decoded>);
 
-/// A decoded picture file, or why there is none, and how long it took.
+/// A decoded image file or the error, and the time that decoding took.
 pub(super) struct Decoded {
     pixels: Result<FramePixels, CameraError>,
     time: Duration,
@@ -43,7 +43,7 @@ impl Decoding {
         Self(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(async move { Decoded::from_file(&path) }))
     }
 
-    /// The picture once it is there.
+    /// Returns the image once it is decoded.
     pub(super) fn finish(&mut self) -> Option<Decoded> {
         check_ready(&mut self.0)
     }

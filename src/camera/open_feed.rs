@@ -1,4 +1,4 @@
-//! The sources that feeds are opened to.
+//! Opening of feeds: the source behind each kind of feed.
 
 #[cfg(feature = "webcam")]
 use super::webcam::{Captured, Webcam, WebcamStatus};
@@ -14,13 +14,13 @@ use super::{
 use bevy::prelude::*;
 use std::{path::PathBuf, sync::Arc, time::Duration};
 
-/// The source of a feed that could be opened.
+/// Source of a feed that was opened.
 #[derive(Component)]
 pub(super) struct OpenFeed(pub Box<dyn FrameSource>);
 
-/// Opens what a feed names.
+/// Opens the source of a feed.
 ///
-/// The slot beside it is where the pixels of an image of the game have to be put.
+/// The slot beside it exists for images of the game and receives their pixels.
 pub(super) fn open(feed: &CameraFeed) -> Result<(OpenFeed, Option<ImageSlot>), CameraError> {
     check_exposure(feed.exposure)?;
     let source: Box<dyn FrameSource> = match &feed.source {
@@ -37,7 +37,7 @@ pub(super) fn open(feed: &CameraFeed) -> Result<(OpenFeed, Option<ImageSlot>), C
     Ok((OpenFeed(source), None))
 }
 
-/// One picture file.
+/// Source that delivers a single image file.
 enum Still {
     Unread(PathBuf, FeedPace),
     Decoding(Decoding),
@@ -75,7 +75,7 @@ impl Still {
     }
 }
 
-/// Pixels that were there from the start.
+/// Source that delivers pixels of the game once.
 struct Supplied(Option<Arc<FramePixels>>);
 
 impl FrameSource for Supplied {

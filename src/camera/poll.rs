@@ -1,4 +1,8 @@
-//! The systems that open feeds and take their pictures in.
+//! Systems that open feeds and receive their frames.
+//!
+//! A frame takes one of two ways. Without tracking, or in lockstep, it becomes the [`CameraFrame`] at once. Where
+//! [`FramesAwaitTracking`] exists, a live frame becomes an [`ArrivingFrame`], which tracking replaces by a
+//! [`CameraFrame`] when the markers in it are detected.
 
 use super::{
     BracketedFrame, BracketedFrames, CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics,
@@ -8,11 +12,12 @@ use super::{
 };
 use bevy::prelude::*;
 
-/// Exists if pictures become [`CameraFrame`]s only when somebody has looked for markers in them.
+/// Marks apps in which live frames become [`CameraFrame`]s only after marker detection. Inserted by
+/// [`tracking`](crate::tracking).
 #[derive(Resource, Default)]
 pub(crate) struct FramesAwaitTracking;
 
-/// A picture that has arrived and waits to be searched for markers.
+/// A live frame that waits for marker detection. Removed by [`tracking`](crate::tracking).
 #[derive(Component)]
 pub(crate) struct ArrivingFrame(pub(crate) CameraFrame);
 
@@ -41,7 +46,7 @@ pub(super) fn open_feeds(
     }
 }
 
-/// Changes a state and logs what a user has to know.
+/// Changes the state of a feed and logs changes that concern the user.
 fn report_state(camera: Entity, state: &mut Mut<FeedState>, new: FeedState) {
     if !state.set_if_neq(new) {
         return;
@@ -98,7 +103,7 @@ pub(super) fn poll_feeds(
             intrinsics: source_frame.intrinsics,
         };
         if awaits_tracking.is_some() && feed.pace == FeedPace::Live {
-            // The newest wins: the one still waiting will never be seen.
+            // The newest frame replaces the one that still waits, which will never be seen.
             statistics.dropped += u64::from(is_one_arriving);
             commands.entity(camera).insert(ArrivingFrame(frame));
         } else {

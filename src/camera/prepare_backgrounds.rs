@@ -1,4 +1,4 @@
-//! What each view needs to draw its camera's picture.
+//! Extraction of camera frames, and bind groups for drawing them as backgrounds.
 
 use super::{
     ArCamera, CameraFrame, FrameMapping, FrameTexture,
@@ -20,14 +20,14 @@ use bevy::{
     },
 };
 
-/// What a view needs to draw its camera's picture.
+/// Data with which a view draws the frame of its camera.
 #[derive(Component)]
 pub(super) struct ExtractedBackground {
     image: AssetId<Image>,
     frame_uv_from_view_uv: Vec4,
 }
 
-/// Pipeline and bind group of one view; remade only when what they were made from changes.
+/// Pipeline and bind group of a view. Rebuilt only when their inputs change.
 #[derive(Component)]
 pub(super) struct PreparedBackground {
     pub(super) pipeline: CachedRenderPipelineId,

@@ -1,25 +1,26 @@
-//! What is behind a feed: something that is asked for its newest picture once an update.
+//! Interface of frame sources, which feeds poll once per update.
 
 use super::{CameraError, FeedState, FramePixels, Intrinsics};
 use bevy::prelude::*;
 use std::{sync::Arc, time::Duration};
 
-/// Gives the newest picture.
+/// A source of frames.
 pub(super) trait FrameSource: Send + Sync {
-    /// What has happened since the last call; `now` is the elapsed [`Time<Real>`].
+    /// Returns what has happened since the last call. `now` is the elapsed [`Time<Real>`].
     fn poll(&mut self, now: Duration) -> Arrival;
 }
 
-/// What a source has to say.
+/// Result of polling a source.
 #[derive(Default)]
 pub(super) struct Arrival {
-    /// The newest one of the usual exposure.
+    /// Newest frame of the normal exposure.
     pub frame: Option<SourceFrame>,
-    /// Those of shorter exposures.
+    /// Frames of shorter exposures.
     pub bracketed: Vec<SourceFrame>,
-    /// Pictures of the usual exposure skipped before `picture`, and damaged ones.
+    /// Number of frames of the normal exposure that were skipped before `frame`, plus damaged ones.
     pub dropped: u64,
-    /// Said by sources that are in trouble; a picture means [`FeedState::Playing`] anyway.
+    /// New state of the feed, set when a source fails. A frame in the same arrival means [`FeedState::Playing`]
+    /// anyway.
     pub state: Option<FeedState>,
 }
 
@@ -33,13 +34,13 @@ impl Arrival {
     }
 }
 
-/// A picture that has come out of a source.
+/// A frame as its source delivers it.
 #[derive(Clone, Debug)]
 pub(super) struct SourceFrame {
     pub pixels: Arc<FramePixels>,
     pub captured: Duration,
     pub decode_time: Duration,
     pub intrinsics: Option<Intrinsics>,
-    /// Light it got, the usual picture's being 1.
+    /// Exposure relative to the normal frames, which have 1.
     pub exposure: f32,
 }
