@@ -18,16 +18,17 @@ use bevy::{
     world_serialization::WorldSerializationPlugin,
 };
 
-/// The part of Bevy's default plugins that draws, for a program without a window: no event loop, no sound, no
-/// pipelined rendering (a frame is finished when [`App::update`] returns), pipelines compiled as soon as their shaders are
-/// loaded. What else a game needs from [`DefaultPlugins`] (animation, for one) it adds itself. Logging is left to the program,
-/// since there can be only one logger in a process.
+/// The part of Bevy's default plugins that draws, for a program without a window.
+///
+/// There is no event loop, no sound and no pipelined rendering (a frame is finished when [`App::update`] returns), and
+/// pipelines are compiled as soon as their shaders are loaded. Add whatever else a game needs from [`DefaultPlugins`],
+/// for example animation. Logging is left to the program, because a process can have only one logger.
 pub fn default_plugins() -> PluginGroupBuilder {
     HeadlessPlugins.build()
 }
 
-/// Picked one by one: what [`DefaultPlugins`] holds depends on the Bevy features of the whole program, and a plugin can only be
-/// left out of it by a type that may not exist in this build.
+/// Plugins listed one by one: the content of [`DefaultPlugins`] depends on the Bevy features of the whole program, and
+/// a plugin can be removed from it only by a type that may not exist in this build.
 struct HeadlessPlugins;
 
 impl PluginGroup for HeadlessPlugins {
@@ -54,13 +55,13 @@ impl PluginGroup for HeadlessPlugins {
     }
 }
 
-/// Builds a headless app from plugins ([`default_plugins`], adapted as needed), lets `configure` add to it, and makes it
+/// Builds a headless app from plugins ([`default_plugins`], adapted as needed), calls `configure` on it, and makes it
 /// ready for [`App::update`].
 ///
 /// # Errors
-/// [`HeadlessError::NoAdapter`] if there is nothing to render with.
+/// [`HeadlessError::NoAdapter`] if there is no graphics adapter.
 pub fn build_app(plugins: PluginGroupBuilder, configure: impl FnOnce(&mut App)) -> Result<App, HeadlessError> {
-    // Bevy panics without an adapter, and only there does it tell.
+    // Without an adapter Bevy panics, and only the panic carries the reason.
     let build = std::panic::AssertUnwindSafe(|| {
         let mut app = App::new();
         app.add_plugins(plugins);

@@ -1,11 +1,12 @@
-//! Rendering without a window: for tools, tests and servers.
+//! Rendering without a window, for tools, tests and servers.
 //!
-//! Everything in this crate runs headless, on software Vulkan too. This module saves each headless program the same thirty
-//! lines: an [`App`] without window and event loop, a texture to render into, and a way to get textures back to the CPU.
+//! Everything in this crate runs headless, also on software Vulkan. This module replaces the thirty lines that each
+//! headless program would need: an [`App`](bevy::app::App) without window and event loop, a texture to render into,
+//! and readback of textures to the CPU.
 //!
-//! Shaders are assets that load in the background, so the first few frames of an app may lack passes: [`settle`] waits for them,
-//! [`update_until`] for anything else. Both, and all that reads textures, have their deadlines in seconds, since frames in which
-//! nothing is drawn take no time.
+//! Shaders are assets that load in the background, so the first few frames of an app may lack passes. [`settle`] waits
+//! for shaders, [`update_until`] for any other condition. Both, and all functions that read textures, have their
+//! deadlines in seconds, because frames in which nothing is drawn take no time.
 
 mod app;
 mod readback;
@@ -22,7 +23,7 @@ pub use {
 
 use std::time::Duration;
 
-/// Why a headless program cannot render.
+/// Errors of headless rendering.
 #[derive(thiserror::Error, Debug)]
 pub enum HeadlessError {
     /// There is no graphics adapter, not even a software one.
@@ -40,12 +41,12 @@ pub enum HeadlessError {
         "the graphics device has not finished a frame within {0:?}: its driver hangs, or the image is far too large for it. Try a smaller image, a newer driver, or another one named by VK_DRIVER_FILES"
     )]
     Hung(Duration),
-    /// Rendering has ended.
+    /// Rendering has stopped.
     #[error(
         "rendering has stopped: the graphics device was lost or refused a command, and Bevy's log says why. Start again; if it happens once more, try a smaller image, a newer driver, or another one named by VK_DRIVER_FILES"
     )]
     Stopped,
-    /// Something was waited for in vain.
+    /// A condition was not met in time.
     #[error("{0} did not happen within {1:?}")]
     TooLate(&'static str, Duration),
 }

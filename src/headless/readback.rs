@@ -1,4 +1,4 @@
-//! Textures back from the GPU.
+//! Readback of textures from the GPU to the CPU.
 
 use super::{HeadlessError, update};
 use crate::device::{self, DeviceState, PATIENCE};
@@ -15,31 +15,34 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Frames in which a texture arrives once the GPU is idle, and some more.
+/// Largest number of frames in which a texture arrives once the GPU is idle, with a margin.
 const MAX_IDLE_FRAMES: u32 = 16;
 
-/// Renders one frame and returns the bytes of a texture's first mip level after it: rows without padding, from top to
-/// bottom, layer after layer. Cameras pause while the answer is awaited.
+/// Renders one frame and returns the bytes of the first mip level of a texture after it: rows without padding, from
+/// top to bottom, layer after layer. Cameras are paused until the bytes arrive.
 ///
 /// # Errors
-/// [`HeadlessError::NoAnswer`] if the texture does not exist or cannot be copied from; [`HeadlessError::Hung`] if the GPU takes
-/// two minutes over a frame; as [`update`].
+/// [`HeadlessError::NoAnswer`] if the texture does not exist or cannot be copied from; [`HeadlessError::Hung`] if the
+/// GPU takes two minutes over a frame; as [`update`].
 pub fn read_texture(app: &mut App, image: &Handle<Image>) -> Result<Vec<u8>, HeadlessError> {
     let mut texture = Vec::new();
     record(app, image, 1, |_, _| (), |_, bytes| texture = bytes)?;
     Ok(texture)
 }
 
-/// Pictures that have come back from the GPU, in order.
+/// Textures that have arrived from the GPU, in order.
 #[derive(Resource, Default)]
 struct ReadbackAnswers(VecDeque<Vec<u8>>);
 
-/// Renders frame after frame and hands each one's texture out as in [`read_texture`]. `after_update` is called with the number
-/// of each frame as soon as it is drawn, `on_readback` with the same number when its bytes have arrived, a frame or two later.
+/// Renders a number of frames and passes the texture of each to `on_readback`, as bytes like those of
+/// [`read_texture`].
+///
+/// `after_update` is called with the number of each frame as soon as it is drawn, `on_readback` with the same number
+/// when the bytes have arrived, a frame or two later.
 ///
 /// # Errors
-/// [`HeadlessError::NoAnswer`] if the texture does not exist or cannot be copied from; [`HeadlessError::Hung`] if the GPU takes
-/// two minutes over a frame; as [`update`].
+/// [`HeadlessError::NoAnswer`] if the texture does not exist or cannot be copied from; [`HeadlessError::Hung`] if the
+/// GPU takes two minutes over a frame; as [`update`].
 pub fn record(
     app: &mut App,
     image: &Handle<Image>,
@@ -85,7 +88,7 @@ pub fn record(
     outcome
 }
 
-/// Updates until a number of pictures has arrived, as long as the device is busy and finishes one now and then.
+/// Updates until a number of textures has arrived, as long as the device is busy and finishes one now and then.
 fn wait_for_readbacks(
     app: &mut App,
     patience: Duration,
@@ -115,7 +118,7 @@ fn wait_for_readbacks(
     }
 }
 
-/// Bytes of a row of a texture.
+/// Number of bytes in a row of a texture.
 fn row_bytes(app: &App, image: &Handle<Image>) -> Option<usize> {
     let texture = &app.world().resource::<Assets<Image>>().get(image)?.texture_descriptor;
     let pixel = texture.format.block_copy_size(None).unwrap_or(4);
@@ -133,10 +136,10 @@ fn pause_cameras(world: &mut World) -> Vec<Entity> {
     paused
 }
 
-/// wgpu aligns the rows of textures that are copied to the CPU to this many bytes.
+/// Alignment in bytes of the rows of textures that wgpu copies to the CPU.
 const ROW_ALIGNMENT: usize = 256;
 
-/// The bytes of a texture copied from the GPU without the padding behind each of its rows, which are `row` bytes long.
+/// Bytes of a texture copied from the GPU, without the padding behind each of its rows, which are `row` bytes long.
 pub(crate) fn unpad_rows(bytes: &[u8], row: usize) -> Vec<u8> {
     let padded_row = row.next_multiple_of(ROW_ALIGNMENT);
     bytes.chunks(padded_row).flat_map(|padded| &padded[..row.min(padded.len())]).copied().collect()

@@ -1,4 +1,4 @@
-//! Rendering until something has happened.
+//! Rendering until a condition is met.
 
 use super::{HeadlessError, update};
 use crate::device::{self, DeviceState, PATIENCE};
@@ -13,13 +13,14 @@ use bevy::{
 };
 use std::time::{Duration, Instant};
 
-/// Frames without anything to compile after which all pipelines are there.
+/// Number of successive frames without loading shaders after which all pipelines count as compiled.
 const MIN_QUIET_FRAMES: u32 = 4;
 
-/// Renders frame after frame until `done` says so, which is asked after each.
+/// Renders frames until `done` returns true; it is called after each frame.
 ///
 /// # Errors
-/// [`HeadlessError::TooLate`] with `what`, if that takes longer than `patience`; as [`update`].
+/// [`HeadlessError::TooLate`] with `what`, if that takes longer than `patience`; [`HeadlessError::Hung`] if the GPU
+/// takes two minutes over a frame; as [`update`].
 pub fn update_until(
     app: &mut App,
     what: &'static str,
@@ -29,7 +30,8 @@ pub fn update_until(
     let started = Instant::now();
     loop {
         update(app)?;
-        // Frames are drawn faster than a slow device finishes them: what waits would be taken for a device that hangs.
+        // Frames are submitted faster than a slow device finishes them. Without waiting here, the backlog would look like
+        // a device that hangs.
         match app.world().get_resource::<RenderDevice>().map(|device| device::wait(device, PATIENCE)) {
             Some(DeviceState::Busy) => return Err(HeadlessError::Hung(PATIENCE)),
             Some(DeviceState::Lost) => return Err(HeadlessError::Stopped),
@@ -41,12 +43,12 @@ pub fn update_until(
         if started.elapsed() > patience {
             return Err(HeadlessError::TooLate(what, patience));
         }
-        // What is waited for needs the processor more than the next frame does.
+        // Leave the processor to the work that the condition waits for.
         std::thread::sleep(Duration::from_millis(1));
     }
 }
 
-/// Renders frames until all shaders that these ask for have loaded and are compiled.
+/// Renders frames until all shaders that they use are loaded and compiled.
 ///
 /// # Errors
 /// As [`update_until`].
@@ -60,8 +62,8 @@ pub fn settle(app: &mut App) -> Result<(), HeadlessError> {
     })
 }
 
-/// Whether a pipeline waits for a shader that loads. Shaders with a fixed name are there from the start or never: Bevy asks for
-/// some that small devices do not have.
+/// Returns whether a pipeline waits for a shader that is loading. Shaders with a fixed id are present from the start
+/// or never: Bevy requests some that small devices do not have.
 fn has_loading_pipelines(cache: &PipelineCache) -> bool {
     let waiting: HashSet<usize> = cache.waiting_pipelines().collect();
     let loads = |pipeline: &CachedPipeline| match &pipeline.descriptor {

@@ -4,19 +4,20 @@ use super::{DetectedMarker, LumaView, MarkerDetector};
 use crate::camera::{FramePixels, srgb_to_linear};
 use bevy::{math::DVec2, prelude::*};
 
-/// Side of the window around a marker, in sizes of the marker.
+/// Side of the window around a marker, as a multiple of the size of the marker.
 const WINDOW_SIZE: f64 = 2.3;
-/// Windows larger than this many pixels are searched at half resolution.
+/// Side in pixels above which a window is searched at half resolution.
 const MAX_FULL_RESOLUTION_WINDOW: u32 = 220;
-/// Corners that move farther than this share of the marker's size between the passes belong to something else.
+/// Largest distance that a corner may move between the passes, as a fraction of the size of the marker. Corners that
+/// move farther belong to something else.
 const MAX_CORNER_MOVE: f64 = 0.1;
 
-/// Finds markers in a camera picture, with corners that do not shrink under blur.
+/// Detects markers in a frame, with corners that do not shrink under blur.
 ///
-/// On gamma-coded pixels a blurred edge moves towards the dark side and markers look up to 3 % farther away than they are;
-/// on linear pixels shadows make them hard to find. So markers are searched as the camera gave the picture, and each one's
-/// window is searched once more in linear light. If one of the `wanted` numbers is missing at half resolution, the search is
-/// repeated at full resolution.
+/// On gamma-coded pixels a blurred edge moves towards the dark side, and markers appear up to 3 % farther away than
+/// they are; on linear pixels shadows make markers hard to detect. So the first pass searches the frame as the camera
+/// delivers it, and a second one searches the window around each marker in linear light. If one of the `wanted`
+/// numbers is missing at half resolution, the first pass is repeated at full resolution.
 pub fn detect_markers(detector: &mut dyn MarkerDetector, frame: &FramePixels, wanted: &[u32]) -> Vec<DetectedMarker> {
     let luma = frame.luma8();
     let Some(image) = LumaView::new(frame.size, &luma) else {
@@ -25,7 +26,7 @@ pub fn detect_markers(detector: &mut dyn MarkerDetector, frame: &FramePixels, wa
     let mut detected = detector.detect(image, 2.0);
     if wanted.iter().any(|id| detected.iter().all(|marker| marker.id != *id)) {
         let coarse = std::mem::replace(&mut detected, detector.detect(image, 1.0));
-        // Large blurred markers may be found at half resolution only; a missing one must not cost those in sight.
+        // Large blurred markers may be detected at half resolution only; keep them when another one is missing.
         for marker in coarse {
             if detected.iter().all(|other| other.id != marker.id) {
                 detected.push(marker);
@@ -61,7 +62,7 @@ fn refine_in_linear_light(
     is_same.then_some(corners)
 }
 
-/// Luminance of a part of the picture in linear light, scaled so that its brightest pixel is white.
+/// Luminance of a window of the frame in linear light, scaled so that its brightest pixel is white.
 fn linear_window(frame: &FramePixels, start: UVec2, extent: UVec2) -> Vec<u8> {
     let luminance = |x: u32, y: u32| {
         let [r, g, b] = frame.rgb8(x as i32, y as i32);
@@ -79,7 +80,7 @@ fn linear_window(frame: &FramePixels, start: UVec2, extent: UVec2) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// Sees one marker at half and another at full resolution, and both in neither.
+    /// Detector that sees one marker at half resolution only, one at full resolution only, and one at both.
     struct Resolutions;
 
     impl MarkerDetector for Resolutions {

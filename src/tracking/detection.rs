@@ -1,4 +1,4 @@
-//! The detector of a game, and the systems that run it.
+//! Detector of a game, and the systems that run it.
 
 use super::{
     DetectedMarker, DetectedMarkers, MarkerAnchor, MarkerDetector, TrackingError, detect_markers::detect_markers,
@@ -13,21 +13,22 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// The detector of a game: AprilTag's unless the game inserts its own. Runs in the background for live feeds.
+/// Marker detector of a game: that of AprilTag, unless the game inserts its own. Runs in the background for live
+/// feeds.
 #[derive(Resource, Clone)]
 pub struct MarkerDetection(Arc<Mutex<dyn MarkerDetector>>);
 
 impl MarkerDetection {
-    /// A detector of the game.
+    /// Wraps a detector of the game.
     pub fn new(detector: impl MarkerDetector + 'static) -> Self {
         Self(Arc::new(Mutex::new(detector)))
     }
 
-    /// The detector this crate was built with.
+    /// The detector that this crate was built with.
     ///
     /// # Errors
-    /// [`TrackingError::NoDetector`] without the feature `apriltag`, [`TrackingError::WrongLibrary`] if a system library of
-    /// another version was linked.
+    /// [`TrackingError::NoDetector`] without the feature `apriltag`; [`TrackingError::WrongLibrary`] if a system
+    /// library of another version was linked; [`TrackingError::OutOfMemory`] if the library could not allocate.
     pub fn built_in() -> Result<Self, TrackingError> {
         #[cfg(feature = "apriltag")]
         return Ok(Self::new(super::AprilTagDetector::new()?));
@@ -35,9 +36,10 @@ impl MarkerDetection {
         Err(TrackingError::NoDetector)
     }
 
-    /// [`detect_markers`], and how long it took. Waits while another camera's picture is searched.
+    /// Runs [`detect_markers`](fn@detect_markers) and measures its time. Waits while a frame of another camera is
+    /// searched.
     fn detect(&self, frame: &FramePixels, wanted: &[u32]) -> (Vec<DetectedMarker>, Duration) {
-        // A detector that panicked once may work on the next picture.
+        // A detector that panicked once may work on the next frame.
         let mut detector = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let started = Instant::now();
         let markers = detect_markers(&mut *detector, frame, wanted);
@@ -45,18 +47,18 @@ impl MarkerDetection {
     }
 }
 
-/// The numbers that the game's anchors wait for.
+/// Numbers of the valid anchors of the game.
 fn wanted_ids<'a>(anchors: impl Iterator<Item = &'a MarkerAnchor>) -> Vec<u32> {
     anchors.filter(|anchor| anchor.check().is_ok()).map(|anchor| anchor.id).collect()
 }
 
-/// A picture that is being searched for markers in the background.
+/// A frame that is being searched for markers in the background.
 #[derive(Component)]
 pub(super) struct RunningDetection(Task<(CameraFrame, DetectedMarkers)>);
 
 type ArrivedCamera = (Entity, &'static ArrivingFrame, Has<RunningDetection>);
 
-/// Lets pictures through together with their markers; one picture of a camera is searched at a time.
+/// Publishes live frames together with their markers. Searches one frame of a camera at a time.
 pub(super) fn detect_in_background(
     mut commands: Commands,
     detection: Option<Res<MarkerDetection>>,
@@ -94,7 +96,8 @@ pub(super) fn detect_in_background(
 
 type FramedCamera = (Entity, &'static CameraFrame, Option<&'static DetectedMarkers>);
 
-/// Searches pictures that were let through without: those of feeds in lockstep, and those the game inserts itself.
+/// Searches frames that were published without markers: those of feeds in lockstep, and those that the game inserts
+/// itself.
 pub(super) fn detect_at_once(
     mut commands: Commands,
     detection: Option<Res<MarkerDetection>>,
@@ -107,7 +110,7 @@ pub(super) fn detect_at_once(
         let Some(last) = last.filter(|last| last.sequence == frame.sequence) else {
             return true;
         };
-        // An anchor that came after the picture may be worth the search at full resolution.
+        // An anchor that was added after the frame may need the search at full resolution.
         anchors_changed && wanted.iter().any(|id| last.markers.iter().all(|marker| marker.id != *id))
     };
     for (camera, frame, last) in &cameras {

@@ -1,8 +1,8 @@
-//! What a marker detector does, whoever wrote it.
+//! Interface of marker detectors.
 
 use bevy::{math::DVec2, prelude::*};
 
-/// An 8-bit gray picture, rows from top to bottom.
+/// An 8-bit gray image, rows from top to bottom.
 #[derive(Clone, Copy, Debug)]
 pub struct LumaView<'a> {
     pixels: &'a [u8],
@@ -10,7 +10,7 @@ pub struct LumaView<'a> {
 }
 
 impl<'a> LumaView<'a> {
-    /// Wraps pixels; `None` unless there are exactly `width · height` of them.
+    /// Wraps pixels. Returns `None` unless there are exactly `width · height` of them.
     pub fn new(size: UVec2, pixels: &'a [u8]) -> Option<Self> {
         (pixels.len() == size.x as usize * size.y as usize).then_some(Self { pixels, size })
     }
@@ -26,21 +26,22 @@ impl<'a> LumaView<'a> {
     }
 }
 
-/// A marker found in a picture.
+/// A marker detected in an image.
 #[derive(Reflect, Clone, Debug, PartialEq)]
 #[reflect(Debug, Clone, PartialEq)]
 pub struct DetectedMarker {
-    /// Number in the family.
+    /// Number within the family.
     pub id: u32,
-    /// Corners of the black square in pixels: top-left, top-right, bottom-right, bottom-left of the marker as it is printed
-    /// upright (not of the picture). Pixel centers are at halves.
+    /// Corners of the black square in pixels: top-left, top-right, bottom-right, bottom-left of the marker as it is
+    /// printed upright (not of the image). Pixel centers are at halves.
     pub corners: [DVec2; 4],
-    /// Bits that had to be corrected to read the number.
+    /// Number of bits that were corrected to decode the number.
     pub corrected_bits: u32,
 }
 
-/// Finds tag36h11 markers.
+/// A detector of tag36h11 markers.
 pub trait MarkerDetector: Send + Sync {
-    /// All markers in a picture, searched at `1 / decimation` of its resolution (corners are refined at full resolution).
+    /// Returns all markers in an image, searched at `1 / decimation` of its resolution (corners are refined at full
+    /// resolution).
     fn detect(&mut self, image: LumaView, decimation: f32) -> Vec<DetectedMarker>;
 }

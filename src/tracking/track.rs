@@ -1,4 +1,4 @@
-//! The systems that keep camera and anchors where the markers say.
+//! Systems that move the camera and the anchors to the detected markers.
 
 use super::{DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking, PoseCandidates, WorldOrigin};
 use crate::camera::{ArCamera, CameraFrame};
@@ -18,7 +18,7 @@ pub(super) fn estimate_poses(
     cameras: Query<(&ArCamera, &CameraFrame, Ref<DetectedMarkers>)>,
     mut anchors: Query<TrackedAnchor>,
 ) {
-    // Several AR cameras need an anchor each; the first one leads.
+    // Only the first AR camera is tracked.
     let Some((ar_camera, frame, detected)) = cameras.iter().next() else {
         return;
     };
