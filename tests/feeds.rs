@@ -98,7 +98,7 @@ fn a_slow_game_sees_the_newest_picture_and_counts_the_others() {
     // Three and a half pictures an update.
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(350)));
     let camera = app.world_mut().spawn((ArCamera::default(), CameraFeed::clip(folder))).id();
-    assert!(update_until(&mut app, |app| statistics(app, camera).pictures >= 5));
+    assert!(update_until(&mut app, |app| statistics(app, camera).frames >= 5));
     let (statistics, frame) =
         (statistics(&app, camera), app.world().get::<CameraFrame>(camera).expect("plays").clone());
     let start = app.world().resource::<Time<Real>>().elapsed() - frame.captured;
@@ -148,7 +148,7 @@ fn a_slow_game_sees_the_newest_picture_of_each_exposure_and_only_usual_ones_coun
     // Two fifths of the pictures of a second are short ones.
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(1000)));
     let camera = app.world_mut().spawn((ArCamera::default(), CameraFeed::clip(write_series("slow_series")))).id();
-    assert!(update_until(&mut app, |app| statistics(app, camera).pictures >= 6));
+    assert!(update_until(&mut app, |app| statistics(app, camera).frames >= 6));
     let statistics = statistics(&app, camera);
     // A picture may be decoded over several updates.
     assert_eq!(shorter(&app, camera).len(), 2);

@@ -33,17 +33,20 @@ pub enum HeadlessError {
     NoAdapter(String),
     /// A texture did not come back from the GPU.
     #[error(
-        "a texture did not come back from the GPU, which has nothing left to do; does it exist and has it the usage COPY_SRC? With logging on, Bevy may say why rendering stopped"
+        "a texture did not come back from the GPU, which has nothing left to do. It has to exist and to have the usage \
+         COPY_SRC. With logging on, Bevy may say why rendering stopped"
     )]
     NoAnswer,
     /// The GPU is still busy.
     #[error(
-        "the graphics device has not finished a frame within {0:?}: its driver hangs, or the image is far too large for it. Try a smaller image, a newer driver, or another one named by VK_DRIVER_FILES"
+        "the graphics device has not finished a frame within {0:?}: its driver hangs, or the image is far too large \
+         for it. Try a smaller image, a newer driver, or another one named by VK_DRIVER_FILES"
     )]
     Hung(Duration),
     /// Rendering has stopped.
     #[error(
-        "rendering has stopped: the graphics device was lost or refused a command, and Bevy's log says why. Start again; if it happens once more, try a smaller image, a newer driver, or another one named by VK_DRIVER_FILES"
+        "rendering has stopped: the graphics device was lost or refused a command, and Bevy's log says why. Start again; if \
+         it happens once more, try a smaller image, a newer driver, or another one named by VK_DRIVER_FILES"
     )]
     Stopped,
     /// A condition was not met in time.
