@@ -25,7 +25,7 @@ use bevy::{
 };
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
-    offscreen,
+    headless,
     phantom::PhantomPlugin,
     prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
     prelude::{ArCamera, CameraFeed, FeedPace, Intrinsics, LightProbeSphere},
@@ -79,7 +79,7 @@ impl Options {
 
 /// An app without cameras in which `light` makes Bevy or us filter the cube every frame.
 fn app<B: Bundle>(edge: usize, texels: &[DVec3], light: impl FnOnce(Handle<Image>) -> B) -> Outcome<(App, Entity)> {
-    let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
+    let mut app = headless::build_app(headless::default_plugins(), |app| {
         app.add_plugins(PrefilterPlugin);
     })?;
     let source = app.world_mut().resource_mut::<Assets<Image>>().add(radiance_cube::cube_image(edge, texels));
@@ -100,7 +100,7 @@ struct WholePath {
 
 impl WholePath {
     fn new() -> Outcome<Self> {
-        let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
+        let mut app = headless::build_app(headless::default_plugins(), |app| {
             app.add_plugins((CameraPlugin, PhantomPlugin, ProbePlugin, UnwrapPlugin, PrefilterPlugin));
         })?;
         let size = UVec2::new(640, 480);

@@ -26,8 +26,8 @@ use bevy::{
 };
 use bevy_mirrorball::{
     environment_map::CubePixels,
+    headless,
     materials::MaterialsPlugin,
-    offscreen,
     phantom::PhantomPlugin,
     prelude::*,
     shadows::{ShadowsPlugin, VisibilitySamples},
@@ -177,10 +177,10 @@ struct Stage {
 
 impl Stage {
     fn new(method: Method, triangles: u32, options: &Options) -> Outcome<Self> {
-        let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
+        let mut app = headless::build_app(headless::default_plugins(), |app| {
             app.add_plugins((PhantomPlugin, ShadowsPlugin, MaterialsPlugin));
         })?;
-        let (_, target) = offscreen::add_target(&mut app, options.size);
+        let (_, target) = headless::add_target(&mut app, options.size);
         let world = app.world_mut();
         world.insert_resource(GlobalAmbientLight::NONE);
         // A gray sky that is brighter overhead.

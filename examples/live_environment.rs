@@ -12,7 +12,7 @@ use bevy::{
 };
 use bevy_mirrorball::{
     environment_map::equirect_direction,
-    offscreen,
+    headless,
     prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
 };
 use std::path::PathBuf;
@@ -61,18 +61,18 @@ fn main() -> Outcome<AppExit> {
 
 fn draw_to_files(frames: u32, out: &std::path::Path) -> Outcome<()> {
     std::fs::create_dir_all(out)?;
-    let mut app = offscreen::build_app(offscreen::default_plugins(), add_scene)?;
-    let (picture, target) = offscreen::add_target(&mut app, PICTURE);
+    let mut app = headless::build_app(headless::default_plugins(), add_scene)?;
+    let (picture, target) = headless::add_target(&mut app, PICTURE);
     let camera = camera(app.world());
     app.world_mut().spawn((camera, target));
-    offscreen::settle(&mut app)?;
+    headless::settle(&mut app)?;
     for frame in 0..frames {
         app.world_mut().resource_mut::<Sky>().time = frame as f32 * HEADLESS_STEP;
         // The sky reaches the renderer, its cube, and the light.
         for _ in 0..3 {
-            offscreen::update(&mut app)?;
+            headless::update(&mut app)?;
         }
-        let bytes = offscreen::read_texture(&mut app, &picture)?;
+        let bytes = headless::read_texture(&mut app, &picture)?;
         let file = out.join(format!("frame_{frame:04}.png"));
         image::save_buffer(&file, &bytes, PICTURE.x, PICTURE.y, image::ExtendedColorType::Rgba8)?;
     }

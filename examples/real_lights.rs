@@ -9,8 +9,8 @@
 
 use bevy::{asset::RecursiveDependencyLoadState, light::NotShadowCaster, prelude::*};
 use bevy_mirrorball::{
+    headless,
     lighting::{RealLight, RecoveredLight},
-    offscreen,
     prelude::*,
     probe::ClipRecovery,
     tracking::MarkerTracking,
@@ -82,12 +82,12 @@ fn draw(picture: u32, is_enabled: bool) -> Outcome<image::RgbImage> {
             format!("{file} does not exist: --picture takes 0 to 59; run from the root of the repository").into()
         );
     }
-    let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
+    let mut app = headless::build_app(headless::default_plugins(), |app| {
         app.add_plugins(MirrorballPlugins).add_systems(Update, show_arrows);
     })?;
-    let (texture, target) = offscreen::add_target(&mut app, SIZE);
+    let (texture, target) = headless::add_target(&mut app, SIZE);
     let intrinsics = Intrinsics { focal: Vec2::splat(FOCAL), center: SIZE.as_vec2() / 2.0, size: SIZE };
-    let feed = CameraFeed::picture(file).with_pace(FeedPace::Lockstep);
+    let feed = CameraFeed::file(file).with_pace(FeedPace::Lockstep);
     let camera = Camera { is_active: false, ..default() };
     let camera = app.world_mut().spawn((ArCamera::new(intrinsics), camera, target, feed)).id();
     let scene: Handle<WorldAsset> =
@@ -96,7 +96,7 @@ fn draw(picture: u32, is_enabled: bool) -> Outcome<image::RgbImage> {
     app.world_mut().spawn(ShadowDomeLight::default());
     let started = Instant::now();
     while !is_ready(&mut app, &scene, is_enabled)? {
-        offscreen::update(&mut app)?;
+        headless::update(&mut app)?;
         std::thread::sleep(Duration::from_millis(1));
         if started.elapsed() > PATIENCE {
             return Err("the lights were not found: is the marker in the picture?".into());
@@ -105,8 +105,8 @@ fn draw(picture: u32, is_enabled: bool) -> Outcome<image::RgbImage> {
     if let Some(mut camera) = app.world_mut().get_mut::<Camera>(camera) {
         camera.is_active = true;
     }
-    offscreen::settle(&mut app)?;
-    let pixels = offscreen::read_texture(&mut app, &texture)?;
+    headless::settle(&mut app)?;
+    let pixels = headless::read_texture(&mut app, &texture)?;
     let rgb = pixels.chunks_exact(4).flat_map(|p| &p[..3]).copied().collect();
     let mut picture =
         image::RgbImage::from_raw(SIZE.x, SIZE.y, rgb).ok_or("the picture came back in the wrong size")?;

@@ -14,9 +14,9 @@ use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass, egui};
 use bevy_mirrorball::{
     environment_map::EnvironmentCube,
     environment_map::{EquirectPixels, equirect_direction},
+    headless,
     lighting::RealLight,
     materials::MaterialsPlugin,
-    offscreen,
     phantom::PhantomPlugin,
     prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
     shadows::{DomeCoverage, DomeState, ShadowDomeLight, ShadowFilter, ShadowsPlugin, VisibilitySamples},
@@ -163,20 +163,20 @@ fn main() -> Outcome<AppExit> {
 
 fn draw_to_files(options: &Options) -> Outcome<()> {
     std::fs::create_dir_all(&options.out)?;
-    let mut app = offscreen::build_app(offscreen::default_plugins(), |app| add_scene(app, &options.dome))?;
-    let (picture, target) = offscreen::add_target(&mut app, options.size);
+    let mut app = headless::build_app(headless::default_plugins(), |app| add_scene(app, &options.dome))?;
+    let (picture, target) = headless::add_target(&mut app, options.size);
     app.world_mut().spawn((camera(), target));
     for _ in 0..WARM_UP_FRAMES {
-        offscreen::update(&mut app)?;
+        headless::update(&mut app)?;
     }
-    offscreen::settle(&mut app)?;
+    headless::settle(&mut app)?;
     for frame in 0..options.frames {
         for _ in 1..FRAMES_A_PICTURE {
             app.world_mut().resource_mut::<Lab>().time += HEADLESS_STEP;
             app.update();
         }
         app.world_mut().resource_mut::<Lab>().time += HEADLESS_STEP;
-        let bytes = offscreen::read_texture(&mut app, &picture)?;
+        let bytes = headless::read_texture(&mut app, &picture)?;
         let file = options.out.join(format!("frame_{frame:04}.png"));
         image::save_buffer(&file, &bytes, options.size.x, options.size.y, image::ExtendedColorType::Rgba8)?;
     }

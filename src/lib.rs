@@ -15,7 +15,7 @@
 //!         commands.spawn(WorldAssetRoot(assets.load(GltfAssetLabel::Scene(0).from_asset("desk/desk.glb"))));
 //!         commands.spawn((
 //!             ArCamera::new(Intrinsics::from_horizontal_fov(UVec2::new(640, 480), 0.98)),
-//!             CameraFeed::picture("assets/desk/photo.jpg"),
+//!             CameraFeed::file("assets/desk/photo.jpg"),
 //!         ));
 //!     })
 //!     .run();
@@ -92,7 +92,7 @@
 //!   [`PhantomObject`](phantom::PhantomObject), and casters must not have `NotShadowCaster`.
 //! - *Lights are colored oddly or too strong:* lower the camera's exposure until few pixels of the ball are clipped
 //!   ([`ProbeMeasurement::clipped_share`](probe::ProbeMeasurement::clipped_share)), or give
-//!   [shorter exposures](camera::ShorterFrames) beside it.
+//!   [shorter exposures](camera::BracketedFrames) beside it.
 
 // In the order of the data flow, above the ground floor.
 pub mod environment_map;
@@ -108,8 +108,9 @@ pub mod shadows;
 pub mod materials;
 pub mod authoring;
 pub mod debug;
-pub mod offscreen;
+pub mod headless;
 mod device;
+mod panic_text;
 mod schedule;
 mod trigonometry;
 
@@ -129,6 +130,13 @@ pub mod environment {
 #[doc(hidden)]
 pub mod stage {
     pub use crate::phantom::{PhantomPlugin as StagePlugin, *};
+}
+
+/// Old name of [`headless`].
+#[deprecated(since = "0.1.0", note = "use `headless`")]
+#[doc(hidden)]
+pub mod offscreen {
+    pub use crate::headless::{HeadlessError as OffscreenError, *};
 }
 
 use bevy::{app::PluginGroupBuilder, prelude::*};

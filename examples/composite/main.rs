@@ -19,7 +19,7 @@ use bevy_mirrorball::{
     camera::FramePixels,
     environment_map::CubePixels,
     environment_map::EnvironmentCube,
-    offscreen::{self, OffscreenError},
+    headless::{self, HeadlessError},
     prelude::*,
     probe::{ClipRecovery, ProbeMeasurement, UniformSky},
     tracking::{MarkerState, MarkerTracking},
@@ -69,7 +69,7 @@ fn composite(options: &Options) -> Outcome<()> {
     let started = Instant::now();
     let size = frame.size;
     let mut app = build_app(options)?;
-    let (picture, target) = offscreen::add_target(&mut app, size);
+    let (picture, target) = headless::add_target(&mut app, size);
     // Bevy would draw every frame while the scene loads.
     let camera = Camera { is_active: false, ..default() };
     let intrinsics = options.intrinsics_of(size);
@@ -95,10 +95,10 @@ fn composite(options: &Options) -> Outcome<()> {
         camera.is_active = true;
     }
     let started = Instant::now();
-    offscreen::settle(&mut app)?;
+    headless::settle(&mut app)?;
     steps.note("warm_up_frames", started.elapsed());
     let started = Instant::now();
-    let pixels = offscreen::read_texture(&mut app, &picture)?;
+    let pixels = headless::read_texture(&mut app, &picture)?;
     steps.note("render_and_read_back", started.elapsed());
     let rgb = pixels.chunks_exact(4).flat_map(|p| &p[..3]).copied().collect();
     let picture = image::RgbImage::from_raw(size.x, size.y, rgb).ok_or("the picture came back in the wrong size")?;
@@ -123,7 +123,7 @@ fn build_app(options: &Options) -> Outcome<App> {
         ..default()
     };
     let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
-    Ok(offscreen::build_app(offscreen::default_plugins().set(assets), |app| {
+    Ok(headless::build_app(headless::default_plugins().set(assets), |app| {
         app.add_plugins((log, RenderDiagnosticsPlugin, MirrorballPlugins));
     })?)
 }
@@ -134,7 +134,7 @@ fn load_scene(app: &mut App, path: &Path) -> Outcome<()> {
     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(file));
     app.world_mut().spawn(WorldAssetRoot(scene.clone()));
     let mut failed = None;
-    let loaded = offscreen::update_until(app, "loading the scene", PATIENCE, |app| {
+    let loaded = headless::update_until(app, "loading the scene", PATIENCE, |app| {
         if let Some(LoadState::Failed(error)) = assets.get_load_state(&scene) {
             failed = Some(format!("cannot load {}: {error}", path.display()));
         } else if let Some(RecursiveDependencyLoadState::Failed(error)) =
@@ -149,7 +149,7 @@ fn load_scene(app: &mut App, path: &Path) -> Outcome<()> {
     });
     match (failed, loaded) {
         (Some(reason), _) => Err(reason.into()),
-        (None, Err(OffscreenError::TooLate(..))) => {
+        (None, Err(HeadlessError::TooLate(..))) => {
             Err(format!("{} did not load within {PATIENCE:?} or is empty", path.display()).into())
         }
         (None, loaded) => Ok(loaded?),
@@ -227,9 +227,9 @@ fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
 fn wait_for_environment(app: &mut App) -> Outcome<CubePixels> {
     let world = app.world_mut();
     let cube = world.query::<&EnvironmentCube>().iter(world).next().ok_or("there is no environment")?.0.clone();
-    offscreen::settle(app)?;
+    headless::settle(app)?;
     for _ in 0..MAX_MEASURING_FRAMES {
-        let bytes = offscreen::read_texture(app, &cube)?;
+        let bytes = headless::read_texture(app, &cube)?;
         let pixels =
             CubePixels::from_rgba16f(EnvironmentCube::SIZE, &bytes).ok_or("the cube came back in the wrong size")?;
         if pixels.texels.iter().any(|radiance| *radiance != Vec3::ZERO) {

@@ -13,7 +13,7 @@ use bevy_mirrorball::{
     camera::{FeedState, FeedStatistics},
     debug::{CheckLevel, Checklist},
     environment_map::EnvironmentCube,
-    offscreen,
+    headless,
     prelude::*,
     probe::ProbeMeasurement,
     tracking::MarkerTracking,
@@ -44,13 +44,13 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     // A software driver is what most machines without a display have; Bevy's and wgpu's notices about it help nobody
     // here.
     let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
-    let plugins = offscreen::default_plugins().set(asset_plugin(options)?);
-    let mut app = offscreen::build_app(plugins, |app| {
+    let plugins = headless::default_plugins().set(asset_plugin(options)?);
+    let mut app = headless::build_app(plugins, |app| {
         app.add_plugins((log, RenderDiagnosticsPlugin, MirrorballPlugins));
     })?;
     let intrinsics = options.intrinsics(size);
     let size = options.size.unwrap_or(size);
-    let (picture, target) = offscreen::add_target(&mut app, size);
+    let (picture, target) = headless::add_target(&mut app, size);
     let show = Show::add(&mut app, options)?;
     wait_for_scene(&mut app, &show, options)?;
     let ar_camera = ArCamera { intrinsics, ..default() };
@@ -64,7 +64,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     let mut lines = Vec::new();
     let mut failure = None;
     let started = Instant::now();
-    offscreen::record(
+    headless::record(
         &mut app,
         &picture,
         options.frames,
@@ -95,7 +95,7 @@ fn wait_for_scene(app: &mut App, show: &Show, options: &Options) -> Outcome<()> 
     let file = options.scene_file();
     let started = Instant::now();
     while started.elapsed() < PATIENCE {
-        offscreen::update(app)?;
+        headless::update(app)?;
         if let Some(LoadState::Failed(error)) = assets.get_load_state(&show.scene) {
             return Err(format!("cannot load {}: {error}", file.display()).into());
         }
@@ -118,7 +118,7 @@ fn wait_for_scene(app: &mut App, show: &Show, options: &Options) -> Outcome<()> 
 fn warm_up(app: &mut App) -> Outcome<()> {
     let started = Instant::now();
     while started.elapsed() < PATIENCE {
-        offscreen::update(app)?;
+        headless::update(app)?;
         let world = app.world_mut();
         let state = world.query::<&FeedState>().iter(world).next().cloned().unwrap_or_default();
         if let FeedState::Failed(reason) = state {
@@ -131,12 +131,12 @@ fn warm_up(app: &mut App) -> Outcome<()> {
         let sees_ball = world.query::<&ProbeMeasurement>().iter(world).any(|probe| probe.is_in_view);
         let cube = world.query::<&EnvironmentCube>().iter(world).next().map(|cube| cube.0.clone());
         let is_lit = match cube {
-            Some(cube) if sees_ball => offscreen::read_texture(app, &cube)?.iter().any(|byte| *byte != 0),
+            Some(cube) if sees_ball => headless::read_texture(app, &cube)?.iter().any(|byte| *byte != 0),
             _ => true,
         };
         if is_lit {
             for _ in 0..WARM_UP_FRAMES {
-                offscreen::update(app)?;
+                headless::update(app)?;
             }
             return Ok(());
         }
@@ -154,7 +154,7 @@ fn report_line(app: &mut App, frame: u32) -> Value {
         .map(|pose| Mat4::from(bevy::math::Affine3A::from(pose)).transpose().to_cols_array());
     json!({
         "frame": frame,
-        "picture": statistics.pictures,
+        "picture": statistics.frames,
         "dropped": statistics.dropped,
         "marker": format!("{:?}", tracking.state),
         "camera_from_marker": rows,

@@ -119,7 +119,7 @@ impl Options {
             Feed::Image(path) => {
                 let (width, height) = image::image_dimensions(path)
                     .map_err(|error| format!("cannot read the picture {}: {error}", path.display()))?;
-                (CameraFeed::picture(path), UVec2::new(width, height))
+                (CameraFeed::file(path), UVec2::new(width, height))
             }
             Feed::Device(index) => (device_feed(*index)?, DEVICE_SIZE),
         })

@@ -10,7 +10,7 @@ mod captions;
 
 use bevy::{asset::RecursiveDependencyLoadState, camera::ShadowLodOrigin, log::LogPlugin, prelude::*};
 use bevy_mirrorball::{
-    camera::FramePixels, environment_map::EnvironmentCube, offscreen, prelude::*, shadows::DomeState,
+    camera::FramePixels, environment_map::EnvironmentCube, headless, prelude::*, shadows::DomeState,
 };
 use image::{Rgb, RgbImage, imageops};
 use std::{
@@ -79,10 +79,10 @@ fn draw() -> Outcome<()> {
     let frame = FramePixels::open(PHOTO).map_err(|error| format!("run it in the crate's folder: {error}"))?;
     let size = frame.size;
     let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
-    let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
+    let mut app = headless::build_app(headless::default_plugins(), |app| {
         app.add_plugins((log, MirrorballPlugins));
     })?;
-    let (picture, target) = offscreen::add_target(&mut app, size);
+    let (picture, target) = headless::add_target(&mut app, size);
     let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
     let intrinsics = Intrinsics { focal: Vec2::splat(FOCAL), center: size.as_vec2() / 2.0, size };
     app.world_mut().spawn((ArCamera::new(intrinsics), feed, target, ShadowLodOrigin));
@@ -94,7 +94,7 @@ fn draw() -> Outcome<()> {
         let case = Case { light: i & 4 != 0, blocker: i & 2 != 0, receiver: i & 1 != 0 };
         let things = spawn(&mut app, case);
         settle(&mut app)?;
-        let bytes = offscreen::read_texture(&mut app, &picture)?;
+        let bytes = headless::read_texture(&mut app, &picture)?;
         for thing in things {
             app.world_mut().despawn(thing);
         }
@@ -128,14 +128,14 @@ fn load(app: &mut App) -> Outcome<()> {
     app.world_mut().spawn(WorldAssetRoot(scene.clone()));
     let started = Instant::now();
     while started.elapsed() < PATIENCE {
-        offscreen::settle(app)?;
+        headless::settle(app)?;
         if let Some(RecursiveDependencyLoadState::Failed(error)) = assets.get_recursive_dependency_load_state(&scene) {
             return Err(format!("cannot load assets/{SCENE}: {error}").into());
         }
         let world = app.world_mut();
         let cube = world.query::<&EnvironmentCube>().iter(world).next().map(|cube| cube.0.clone());
         if let Some(cube) = cube
-            && offscreen::read_texture(app, &cube)?.iter().any(|byte| *byte != 0)
+            && headless::read_texture(app, &cube)?.iter().any(|byte| *byte != 0)
         {
             return Ok(());
         }
@@ -146,10 +146,10 @@ fn load(app: &mut App) -> Outcome<()> {
 /// Draws frames until all shadow maps are true.
 fn settle(app: &mut App) -> Outcome<()> {
     for _ in 0..LEAST_SETTLING_FRAMES {
-        offscreen::update(app)?;
+        headless::update(app)?;
     }
-    offscreen::settle(app)?;
-    Ok(offscreen::update_until(app, "drawing all shadow maps", PATIENCE, |app| {
+    headless::settle(app)?;
+    Ok(headless::update_until(app, "drawing all shadow maps", PATIENCE, |app| {
         let world = app.world_mut();
         !world.query::<&DomeState>().iter(world).any(|dome| dome.outdated > 0)
     })?)

@@ -1,8 +1,8 @@
-// Draws the camera picture behind everything.
+// Draws the camera frame behind everything.
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 
-/// Mirror of `BackgroundUniform` in background_pass.rs.
+/// Mirror of `BackgroundUniform` in background_pipeline.rs.
 struct Background {
     /// frame_uv = view_uv * xy + zw
     frame_uv_from_view_uv: vec4f,

@@ -1,6 +1,6 @@
-//! Recorded clips: a folder of pictures and a sidecar.
+//! Recorded clips: a folder of images and a sidecar file.
 
-use super::{CameraError, Intrinsics, exposure_series::is_exposure};
+use super::{CameraError, Intrinsics, bracketing::is_exposure};
 use bevy::prelude::*;
 use serde::Deserialize;
 use std::{
@@ -8,7 +8,7 @@ use std::{
     time::Duration,
 };
 
-/// A recorded clip: a folder of JPEG or PNG pictures, numbered by their names, and a sidecar `clip.json`.
+/// A recorded clip: a folder of JPEG or PNG images, numbered by their names, and a sidecar `clip.json`.
 ///
 /// ```json
 /// {
@@ -19,28 +19,30 @@ use std::{
 ///     "exposures": [1, 1, 1, 0.125]
 /// }
 /// ```
-/// `image` is the size in pixels that the intrinsics belong to. The others are optional. Without a `pattern` all JPEG and PNG files
-/// are taken. The `*` of a pattern stands for anything; numbers in names are ordered by value. `exposures` says how much light
-/// each picture got compared with the usual ones, above 0 and at most 1; a list that is shorter than the clip is repeated. Without it
-/// all are 1; those below are not shown, see [`ShorterFrames`](super::ShorterFrames). Other fields are left alone.
+/// `image` is the size in pixels that the intrinsics belong to, `fps` the number of frames per second. The other
+/// fields are optional. Without a `pattern`, the clip consists of all JPEG and PNG files in the folder. A `*` in the
+/// pattern matches any text; numbers in file names are sorted by value. `exposures` lists the exposure of each frame
+/// relative to the normal ones, above 0 and at most 1; a list that is shorter than the clip is repeated. Without it,
+/// every exposure is 1. Frames below 1 are not shown, see [`BracketedFrames`](super::BracketedFrames). Unknown fields
+/// are ignored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
-    /// The pictures in the order they are played.
+    /// Image files in the order in which they are played.
     pub files: Vec<PathBuf>,
-    /// Pictures per second.
+    /// Frames per second.
     pub frame_rate: f32,
-    /// Size in pixels, as the sidecar says.
+    /// Width and height in pixels, from the sidecar.
     pub size: UVec2,
-    /// The camera's intrinsics, if the sidecar has them.
+    /// Intrinsics of the camera, if the sidecar has them.
     pub intrinsics: Option<Intrinsics>,
-    /// Light that each of the files got, the usual pictures' being 1.
+    /// Exposure of each file relative to the normal frames, which have 1.
     pub exposures: Vec<f32>,
 }
 
-/// Name of the sidecar in a clip's folder.
+/// Name of the sidecar in the folder of a clip.
 const SIDECAR: &str = "clip.json";
-/// What is taken without a pattern.
-const PICTURE_ENDINGS: [&str; 3] = ["jpg", "jpeg", "png"];
+/// Extensions of the files that form a clip without a pattern.
+const IMAGE_EXTENSIONS: [&str; 3] = ["jpg", "jpeg", "png"];
 
 #[derive(Deserialize)]
 struct Sidecar {
@@ -60,11 +62,11 @@ struct SidecarIntrinsics {
 }
 
 impl Clip {
-    /// Reads a clip's sidecar and lists its pictures.
+    /// Reads the sidecar of a clip and lists its files.
     ///
     /// # Errors
-    /// [`CameraError::ClipUnreadable`], [`CameraError::ClipSidecar`], [`CameraError::ClipValue`] or [`CameraError::ClipEmpty`]
-    /// name the file, the field and what to do.
+    /// [`CameraError::ClipUnreadable`], [`CameraError::ClipSidecar`], [`CameraError::ClipValue`] or
+    /// [`CameraError::ClipEmpty`] name the file, the field and the remedy.
     pub fn open(folder: impl AsRef<Path>) -> Result<Self, CameraError> {
         let folder = folder.as_ref();
         let unreadable = |path: &Path| {
@@ -82,7 +84,7 @@ impl Clip {
             return Err(wrong("image", format!("{:?}", sidecar.image), "width and height in pixels, above 0"));
         }
         if !(sidecar.fps.is_finite() && sidecar.fps > 0.0) {
-            return Err(wrong("fps", sidecar.fps.to_string(), "a number of pictures per second above 0"));
+            return Err(wrong("fps", sidecar.fps.to_string(), "a number of frames per second above 0"));
         }
         let intrinsics = sidecar.intrinsics.map(|k| Intrinsics {
             focal: Vec2::new(k.fx, k.fy),
@@ -96,7 +98,7 @@ impl Clip {
         let mut names: Vec<String> = std::fs::read_dir(folder)
             .map_err(unreadable(folder))?
             .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-            .filter(|name| sidecar.pattern.as_deref().map_or_else(|| is_picture(name), |pattern| fits(pattern, name)))
+            .filter(|name| sidecar.pattern.as_deref().map_or_else(|| is_image(name), |pattern| fits(pattern, name)))
             .collect();
         names.sort_by_cached_key(|name| natural_order(name));
         if names.is_empty() {
@@ -108,33 +110,33 @@ impl Clip {
         let exposures: Vec<f32> = listed.iter().copied().cycle().take(files.len()).collect();
         if !listed.iter().copied().all(is_exposure) || !exposures.contains(&1.0) {
             let expected =
-                "a list of numbers above 0 and at most 1, and 1 for the pictures that are shown, at least one";
+                "a list of numbers above 0 and at most 1, with 1 for the frames that are shown, at least one of them";
             return Err(wrong("exposures", format!("{listed:?}"), expected));
         }
         Ok(Self { files, frame_rate: sidecar.fps, size, intrinsics, exposures })
     }
 
-    /// The picture of a step and when it is due, the clip being repeated for ever.
+    /// File of a step and the time at which it is due. The clip repeats forever.
     pub(super) fn step(&self, step: u64) -> (&Path, Duration) {
-        (&self.files[self.place(step)], Duration::from_secs_f64(step as f64 / f64::from(self.frame_rate)))
+        (&self.files[self.index(step)], Duration::from_secs_f64(step as f64 / f64::from(self.frame_rate)))
     }
 
-    /// The exposure of a step.
+    /// Exposure of a step.
     pub(super) fn exposure(&self, step: u64) -> f32 {
-        self.exposures[self.place(step)]
+        self.exposures[self.index(step)]
     }
 
-    fn place(&self, step: u64) -> usize {
+    fn index(&self, step: u64) -> usize {
         (step % self.files.len() as u64) as usize
     }
 }
 
-fn is_picture(name: &str) -> bool {
-    let ending = Path::new(name).extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    PICTURE_ENDINGS.iter().any(|known| known.eq_ignore_ascii_case(ending))
+fn is_image(name: &str) -> bool {
+    let extension = Path::new(name).extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    IMAGE_EXTENSIONS.iter().any(|known| known.eq_ignore_ascii_case(extension))
 }
 
-/// Whether a name fits a pattern with any number of `*`.
+/// Returns whether a name matches a pattern with any number of `*`.
 fn fits(pattern: &str, name: &str) -> bool {
     let Some((start, rest)) = pattern.split_once('*') else {
         return pattern == name;
@@ -143,7 +145,7 @@ fn fits(pattern: &str, name: &str) -> bool {
         .is_some_and(|name| name.char_indices().map(|(i, _)| &name[i..]).chain([""]).any(|tail| fits(rest, tail)))
 }
 
-/// A key by which `frame_9` comes before `frame_10`: letters as they are, runs of digits by value.
+/// Sort key that puts `frame_9` before `frame_10`: letters compare as they are, runs of digits by value.
 fn natural_order(name: &str) -> Vec<(u64, char)> {
     let mut key: Vec<(u64, char)> = Vec::new();
     let mut in_number = false;

@@ -1,9 +1,9 @@
-//! Plays a recorded clip.
+//! Frame source that plays a recorded clip.
 
 use super::{
     CameraError, Clip, FeedPace, FeedState,
-    feed::Picture,
-    source::{Arrival, Decoded, FrameSource},
+    image_file::Decoded,
+    source::{Arrival, FrameSource, SourceFrame},
 };
 use bevy::{
     prelude::*,
@@ -11,11 +11,11 @@ use bevy::{
 };
 use std::{ops::RangeInclusive, path::Path, time::Duration};
 
-/// A clip and how far it has been played.
+/// A clip and its playback position.
 pub(super) struct ClipSource {
     clip: Clip,
     pace: FeedPace,
-    /// When step 0 was due.
+    /// Time at which step 0 was due.
     started: Option<Duration>,
     next_step: u64,
     running: Option<RunningSteps>,
@@ -32,13 +32,13 @@ impl ClipSource {
         Ok(Self { clip: Clip::open(folder)?, pace, started: None, next_step: 0, running: None })
     }
 
-    fn take_in(&self, arrival: &mut Arrival, step: u64, decoded: Decoded) {
+    fn receive(&self, arrival: &mut Arrival, step: u64, decoded: Decoded) {
         let exposure = self.clip.exposure(step);
         let captured = self.started.unwrap_or_default() + self.clip.step(step).1;
-        match decoded.into_picture(captured, self.clip.intrinsics) {
-            Ok(picture) if exposure < 1.0 => arrival.shorter.push(Picture { exposure, ..picture }),
-            Ok(picture) => arrival.picture = Some(picture),
-            // The next picture may be good.
+        match decoded.into_frame(captured, self.clip.intrinsics) {
+            Ok(frame) if exposure < 1.0 => arrival.bracketed.push(SourceFrame { exposure, ..frame }),
+            Ok(frame) => arrival.frame = Some(frame),
+            // The next frame may be good.
             Err(error) => {
                 arrival.dropped += 1;
                 arrival.state = Some(FeedState::Lost(error.to_string()));
@@ -46,18 +46,18 @@ impl ClipSource {
         }
     }
 
-    /// The steps up to the next picture that is shown or cannot be read.
+    /// Decodes the steps up to the next frame that is shown or cannot be read.
     fn next_in_lockstep(&mut self) -> Arrival {
         let mut arrival = Arrival::default();
-        while arrival.picture.is_none() && arrival.state.is_none() {
+        while arrival.frame.is_none() && arrival.state.is_none() {
             let decoded = Decoded::from_file(self.clip.step(self.next_step).0);
-            self.take_in(&mut arrival, self.next_step, decoded);
+            self.receive(&mut arrival, self.next_step, decoded);
             self.next_step += 1;
         }
         arrival
     }
 
-    /// The newest step of each exposure, in order; a slow game must not see short ones only.
+    /// Newest step of each exposure, in order. Even a slow game thus sees normal frames beside the short ones.
     fn newest_of_each(&self, steps: RangeInclusive<u64>) -> Vec<u64> {
         let mut newest: Vec<u64> = Vec::new();
         for step in steps.rev().take(self.clip.files.len()) {
@@ -83,7 +83,7 @@ impl FrameSource for ClipSource {
             arrival.dropped = running.skipped;
             self.running = None;
             for (step, decoded) in decoded {
-                self.take_in(&mut arrival, step, decoded);
+                self.receive(&mut arrival, step, decoded);
             }
         }
         let started = *self.started.get_or_insert(now);

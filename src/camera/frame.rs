@@ -1,10 +1,10 @@
-//! One decoded camera picture.
+//! Decoded camera frames.
 
 use super::Intrinsics;
 use bevy::prelude::*;
 use std::{sync::Arc, time::Duration};
 
-/// A decoded picture: 8-bit sRGB with alpha (ignored), rows from top to bottom, four bytes a pixel.
+/// Pixels of a frame: 8-bit sRGB with alpha (ignored), rows from top to bottom, four bytes per pixel.
 #[derive(Debug)]
 pub struct FramePixels {
     /// Width and height in pixels.
@@ -14,13 +14,13 @@ pub struct FramePixels {
 }
 
 impl FramePixels {
-    /// Wraps decoded bytes. `None` if their number does not match the size or the size is empty.
+    /// Wraps decoded bytes. Returns `None` if their number does not match the size or the size is empty.
     pub fn new(size: UVec2, rgba: Vec<u8>) -> Option<Self> {
         let expected = 4 * size.x as usize * size.y as usize;
         (expected > 0 && rgba.len() == expected).then_some(Self { size, rgba })
     }
 
-    /// Red, green and blue of one pixel, sRGB-encoded. Coordinates beyond the border are clamped to it.
+    /// Red, green and blue of a pixel, sRGB-encoded. Coordinates outside the frame are clamped to its border.
     pub fn rgb8(&self, x: i32, y: i32) -> [u8; 3] {
         let x = x.clamp(0, self.size.x as i32 - 1) as usize;
         let y = y.clamp(0, self.size.y as i32 - 1) as usize;
@@ -28,13 +28,14 @@ impl FramePixels {
         [self.rgba[at], self.rgba[at + 1], self.rgba[at + 2]]
     }
 
-    /// One pixel in linear camera units: 0 is black, 1 the sensor's white. Clamped like [`rgb8`](Self::rgb8).
+    /// A pixel in linear camera units: 0 is black, 1 the white of the sensor. Clamped like [`rgb8`](Self::rgb8).
     pub fn linear(&self, x: i32, y: i32) -> Vec3 {
         let [r, g, b] = self.rgb8(x, y);
         Vec3::new(srgb_to_linear(r), srgb_to_linear(g), srgb_to_linear(b))
     }
 
-    /// Luma of every pixel, sRGB-encoded as the camera gave it (ITU-R BT.601 weights), for marker detection.
+    /// Luma of every pixel for marker detection: sRGB-encoded as the camera delivers it, with the weights of ITU-R
+    /// BT.601.
     pub fn luma8(&self) -> Vec<u8> {
         self.rgba
             .chunks_exact(4)
@@ -43,32 +44,32 @@ impl FramePixels {
     }
 }
 
-/// The newest picture of a camera feed; lives on the camera entity once the first one has arrived.
+/// The newest frame of a camera feed. Lives on the camera entity once the first frame has arrived.
 ///
-/// With a [`TrackingPlugin`](crate::tracking::TrackingPlugin) a picture appears here together with the markers found in it, so
-/// that background and poses always belong together.
+/// With a [`TrackingPlugin`](crate::tracking::TrackingPlugin) a frame appears here together with the markers detected
+/// in it, so background and poses always belong together.
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(opaque, Component, Debug, Clone)]
 pub struct CameraFrame {
-    /// The picture. Shared, never changed in place.
+    /// The pixels. Shared, never changed in place.
     pub pixels: Arc<FramePixels>,
-    /// Counts up with each new picture of this feed; numbers of dropped pictures are missing.
+    /// Number of the frame, which increases with each new frame of this feed. Numbers of dropped frames are skipped.
     pub sequence: u64,
-    /// When the picture was taken, on the clock of [`Time<Real>`]; in [lockstep](super::FeedPace::Lockstep) the time of the
+    /// Time of capture, on the clock of [`Time<Real>`]. In [lockstep](super::FeedPace::Lockstep), the time within the
     /// recording.
     pub captured: Duration,
-    /// Intrinsics that came with the picture (a clip's sidecar has them), if any.
+    /// Intrinsics that the source delivers with the frame, for example from the sidecar of a clip.
     pub intrinsics: Option<Intrinsics>,
 }
 
 impl CameraFrame {
-    /// A picture without intrinsics of its own.
+    /// A frame without intrinsics of its own.
     pub fn new(pixels: impl Into<Arc<FramePixels>>, sequence: u64, captured: Duration) -> Self {
         Self { pixels: pixels.into(), sequence, captured, intrinsics: None }
     }
 }
 
-/// Decodes one sRGB byte (IEC 61966-2-1) to linear 0…1.
+/// Decodes an sRGB byte (IEC 61966-2-1) to a linear value in 0…1.
 pub fn srgb_to_linear(value: u8) -> f32 {
     SRGB_TO_LINEAR[usize::from(value)]
 }
@@ -85,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_needs_as_many_bytes_as_its_size_says() {
+    fn a_frame_needs_as_many_bytes_as_its_size_says() {
         assert!(FramePixels::new(UVec2::new(2, 2), vec![0; 15]).is_none());
         assert!(FramePixels::new(UVec2::new(0, 2), vec![]).is_none());
         let frame = FramePixels::new(UVec2::new(2, 1), vec![255, 0, 0, 255, 255, 255, 255, 255]).expect("fits");

@@ -1,10 +1,11 @@
-//! Images of the game as camera pictures.
+//! Frame source that shows an image of the game.
 
 use super::{
     CameraError, CameraFeed, FramePixels,
-    feed::{FeedSource, Picture},
-    source::{Arrival, FrameSource},
+    feed::FeedSource,
+    source::{Arrival, FrameSource, SourceFrame},
 };
+use crate::headless::unpad_rows;
 use bevy::{
     ecs::observer::On,
     prelude::*,
@@ -18,7 +19,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Where the newest pixels of an image lie until the feed is polled.
+/// Newest pixels of an image, until the feed is polled.
 type Slot = Arc<Mutex<Option<Delivery>>>;
 
 struct Delivery {
@@ -35,9 +36,16 @@ fn deliver(slot: &Slot, convert: impl FnOnce() -> Result<FramePixels, CameraErro
     *slot = Some(Delivery { pixels, time: started.elapsed(), dropped });
 }
 
-/// The source of a feed that shows an image.
-#[derive(Default)]
+/// Frame source of a feed that shows an image.
 pub(super) struct ImageSource(Slot);
+
+impl ImageSource {
+    /// Creates a source and the slot that receives its pixels.
+    pub(super) fn new() -> (Self, ImageSlot) {
+        let slot = Slot::default();
+        (Self(slot.clone()), ImageSlot { slot, is_filled: false })
+    }
+}
 
 impl FrameSource for ImageSource {
     fn poll(&mut self, now: Duration) -> Arrival {
@@ -46,34 +54,30 @@ impl FrameSource for ImageSource {
         };
         match delivery.pixels {
             Ok(pixels) => {
-                let picture = Picture {
+                let frame = SourceFrame {
                     pixels: Arc::new(pixels),
                     captured: now,
                     decode_time: delivery.time,
                     intrinsics: None,
                     exposure: 1.0,
                 };
-                Arrival { picture: Some(picture), dropped: delivery.dropped, ..default() }
+                Arrival { frame: Some(frame), dropped: delivery.dropped, ..default() }
             }
             // The game may change the image.
             Err(error) => Arrival::lost(&error),
         }
     }
-
-    fn image_slot(&self) -> Option<ImageSlot> {
-        Some(ImageSlot { slot: self.0.clone(), is_filled: false })
-    }
 }
 
-/// The other end of an [`ImageSource`].
+/// The receiving end of an [`ImageSource`].
 #[derive(Component)]
 pub(super) struct ImageSlot {
     slot: Slot,
-    /// Whether the image has been looked at; from then on only changes are news.
+    /// Whether the image has been read once. From then on, only changes of the image are read.
     is_filled: bool,
 }
 
-/// Reads an image back from the GPU for the feed of its parent.
+/// Marks the child entity that reads the image of a feed back from the GPU.
 #[derive(Component)]
 pub(super) struct ImageReader;
 
@@ -124,16 +128,7 @@ pub(super) fn watch_images(
     }
 }
 
-/// wgpu aligns the rows of textures that are copied to the CPU to this many bytes.
-const ROW_ALIGNMENT: usize = 256;
-
-/// The bytes of a texture copied from the GPU without the padding behind each of its rows, which are `row` bytes long.
-pub(crate) fn unpad_rows(bytes: &[u8], row: usize) -> Vec<u8> {
-    let padded_row = row.next_multiple_of(ROW_ALIGNMENT);
-    bytes.chunks(padded_row).flat_map(|padded| &padded[..row.min(padded.len())]).copied().collect()
-}
-
-/// Pixels from the bytes of a texture.
+/// Converts the bytes of a texture to pixels.
 fn from_texture(size: UVec2, format: TextureFormat, bytes: &[u8]) -> Result<FramePixels, CameraError> {
     let swaps_red_and_blue = match format {
         TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb => false,
@@ -156,11 +151,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn padding_goes_and_blue_changes_places_with_red() {
-        let mut bytes = vec![9; 2 * ROW_ALIGNMENT];
-        bytes[..4].copy_from_slice(&[1, 2, 3, 4]);
-        bytes[ROW_ALIGNMENT..ROW_ALIGNMENT + 4].copy_from_slice(&[5, 6, 7, 8]);
-        let pixels = from_texture(UVec2::new(1, 2), TextureFormat::Bgra8Unorm, &unpad_rows(&bytes, 4)).expect("fits");
+    fn blue_changes_places_with_red() {
+        let bytes = [1, 2, 3, 4, 5, 6, 7, 8];
+        let pixels = from_texture(UVec2::new(1, 2), TextureFormat::Bgra8Unorm, &bytes).expect("fits");
         assert_eq!(pixels.rgba, [3, 2, 1, 4, 7, 6, 5, 8]);
     }
 

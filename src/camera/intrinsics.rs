@@ -2,36 +2,38 @@
 
 use bevy::prelude::*;
 
-/// Pinhole intrinsics of a camera, in pixels of the pictures it delivers.
+/// Pinhole intrinsics of a camera, in pixels of the frames that it delivers.
 ///
-/// Image coordinates have their origin at the top-left corner of the picture, +u right and +v down; the pixel in the
-/// corner covers 0…1 and has its center at 0.5. Lens distortion is not modeled: undistort strongly distorted pictures
-/// before feeding them.
+/// Image coordinates have their origin at the top-left corner of the frame, +u right and +v down; the pixel in the
+/// corner covers 0…1 and has its center at 0.5. Lens distortion is not modeled: undistort strongly distorted frames
+/// before you feed them.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Debug, Clone, PartialEq)]
 pub struct Intrinsics {
     /// Focal lengths along u and v, in pixels. Finite and above 0.
     pub focal: Vec2,
-    /// Principal point: where the optical axis meets the picture, in pixels. Usually close to half of [`size`](Self::size).
+    /// Principal point in pixels: the intersection of the optical axis with the frame. Usually close to half of
+    /// [`size`](Self::size).
     pub center: Vec2,
-    /// Width and height of the pictures these numbers belong to, in pixels.
+    /// Width and height in pixels of the frames that these numbers belong to.
     pub size: UVec2,
 }
 
 impl Intrinsics {
-    /// Square pixels, principal point in the middle, from the horizontal field of view in radians (0…π, exclusive).
-    pub fn from_horizontal_fov(size: UVec2, fov: f32) -> Self {
-        let focal = 0.5 * size.x as f32 / (0.5 * fov).tan();
+    /// Intrinsics from the horizontal field of view in radians (0…π, exclusive), for square pixels and a centered
+    /// principal point.
+    pub fn from_horizontal_fov(size: UVec2, fov_radians: f32) -> Self {
+        let focal = 0.5 * size.x as f32 / (0.5 * fov_radians).tan();
         Self { focal: Vec2::splat(focal), center: size.as_vec2() * 0.5, size }
     }
 
-    /// The same camera delivering pictures of another size (scaled, not cropped).
+    /// Intrinsics of the same camera for frames of another size (scaled, not cropped).
     pub fn scaled_to(&self, size: UVec2) -> Self {
         let scale = size.as_vec2() / self.size.as_vec2();
         Self { focal: self.focal * scale, center: self.center * scale, size }
     }
 
-    /// Whether every number is finite, the focal lengths are above 0 and the size is not empty.
+    /// Returns whether every number is finite, the focal lengths are above 0 and the size is not empty.
     pub fn is_valid(&self) -> bool {
         self.focal.is_finite()
             && self.center.is_finite()
@@ -39,9 +41,9 @@ impl Intrinsics {
             && self.size.min_element() > 0
     }
 
-    /// Pixel position of a point given in camera space (metres, Bevy axes: the camera looks along −Z).
+    /// Pixel position of a point in camera space (meters, Bevy axes: the camera looks along −Z).
     ///
-    /// `None` for points beside or behind the camera (z ≥ 0).
+    /// Returns `None` for points beside or behind the camera (z ≥ 0).
     pub fn project(&self, pos_camera: Vec3) -> Option<Vec2> {
         (pos_camera.z < 0.0).then(|| self.center + self.focal * Vec2::new(pos_camera.x, -pos_camera.y) / -pos_camera.z)
     }
@@ -68,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn up_in_space_is_up_in_the_picture() {
+    fn up_in_space_is_up_in_the_frame() {
         let k = Intrinsics::from_horizontal_fov(UVec2::new(640, 480), 1.0);
         let above = k.project(Vec3::new(0.0, 0.1, -1.0)).expect("in front of the camera");
         assert!(above.y < k.center.y);

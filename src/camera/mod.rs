@@ -1,55 +1,79 @@
-//! Camera pictures in: the first stage.
+//! Camera frames: the first stage.
 //!
-//! **Enters:** a webcam (`CameraFeed::device`, feature `webcam`), a recorded clip ([`CameraFeed::clip`]), a still picture
-//! ([`CameraFeed::picture`]), an image of the game ([`CameraFeed::image`]) or pixels it supplies ([`CameraFeed::pixels`]).
-//! **Leaves:** on the camera entity a [`CameraFrame`] (CPU pixels, shared) and a [`FrameTexture`] (the same on the GPU),
-//! the picture drawn as the background, and a projection that equals the real camera's.
+//! **Enters:** a webcam (`CameraFeed::device`, feature `webcam`), a recorded clip ([`CameraFeed::clip`]), an image
+//! file ([`CameraFeed::file`]), an image of the game ([`CameraFeed::image`]) or pixels that it supplies
+//! ([`CameraFeed::pixels`]). **Leaves:** on the camera entity a [`CameraFrame`] (CPU pixels, shared) and a
+//! [`FrameTexture`] (the same on the GPU), the frame drawn as the background, and a projection that equals that of the
+//! real camera.
 //!
 //! # Time
-//! Pictures are decoded in the background and carry the time at which they were taken. An update never waits for one: the newest
-//! picture that is ready is used, older ones are dropped and counted. Programs that write files want every picture instead:
+//! Frames are decoded in the background and carry their time of capture. An update never waits for one: the newest
+//! decoded frame is used, older ones are dropped and counted. Programs that write files want every frame instead:
 //! [`FeedPace::Lockstep`].
 //!
-//! # Shorter exposures
-//! Pictures that got less light show what the others clip. A clip's sidecar names them, a game supplies them
-//! ([`CameraFeed::with_exposure`]), a webcam on Linux takes them in turn (`DeviceOptions::shorter_exposures`). They are never shown or searched
-//! for markers; [`ShorterFrames`] keeps the newest of each exposure beside the camera for [`lighting`](crate::lighting). Everything but
-//! the exposure has to be the same: gain, white balance, aperture, zoom.
+//! # Hand-over to tracking and back
+//! A frame and the poses of the markers in it have to appear in the same update, or virtual objects would lag behind
+//! the background. So this stage does not publish live frames itself when [`tracking`](crate::tracking) is present:
+//!
+//! - [`TrackingPlugin`](crate::tracking::TrackingPlugin) inserts the resource `FramesAwaitTracking`.
+//! - [`MirrorballSystems::Poll`], this stage: a live frame becomes an `ArrivingFrame` on the camera entity. A newer
+//!   frame replaces one that still waits, which counts as dropped.
+//! - [`MirrorballSystems::Track`], tracking: the `ArrivingFrame` is taken away and searched for markers in the
+//!   background. When that is finished, it returns as the [`CameraFrame`], together with the detected markers.
+//! - [`MirrorballSystems::Show`], this stage again: the texture and the projection follow the new [`CameraFrame`].
+//!
+//! Without tracking and in lockstep a frame becomes the [`CameraFrame`] in `Poll` already; in lockstep, `Track` then
+//! detects the markers before the update goes on.
+//!
+//! # Bracketed exposures
+//! Frames with a shorter exposure resolve highlights that the normal exposure clips. The sidecar of a clip lists them,
+//! a game marks them ([`CameraFeed::with_exposure`]), and webcams on Linux take them in turn
+//! (`DeviceOptions::shorter_exposures`). They are never shown or searched for markers; [`BracketedFrames`] holds the
+//! newest one of each exposure on the camera entity for [`lighting`](crate::lighting). Everything but the exposure has
+//! to stay the same: gain, white balance, aperture and zoom.
 //!
 //! # Units
-//! Pictures are 8-bit sRGB. The GPU decodes them to *linear camera units*: 1.0 is the sensor's white. An [`ArCamera`]
-//! draws them without tone mapping, dithering or ambient light, so that with nothing virtual in view and one screen pixel
-//! per camera pixel, the output equals the input to ±1/255. The environment maps of later stages are in the same units and
-//! are shown at the intensity `1 / Exposure::exposure()`, so 1.0 camera unit stays 1.0 in the frame buffer whatever the
-//! camera's [`Exposure`](bevy::camera::Exposure), and lamps keep Bevy's photometric units.
+//! Frames are 8-bit sRGB. The GPU decodes them to *linear camera units*: 1.0 is the white of the sensor. An
+//! [`ArCamera`] draws them without tone mapping, dithering or ambient light, so with no virtual object in view and one
+//! screen pixel per camera pixel, the output equals the input to ±1/255. The environment maps of later stages use the
+//! same units and are shown at the intensity `1 / Exposure::exposure()`. So 1.0 camera unit stays 1.0 in the frame
+//! buffer whatever the [`Exposure`](bevy::camera::Exposure) of the camera, and lamps keep Bevy's photometric units.
 //!
 //! # Cost
-//! One texture upload per new picture and one full-screen triangle per view. Decoding a 640 × 480 JPEG takes a background
-//! thread about 5 ms.
+//! One texture upload per new frame and one full-screen triangle per view. Decoding a 640 × 480 JPEG takes a
+//! background thread about 5 ms.
 //!
-//! # Trouble
-//! A source in trouble is a state, [`FeedState::Lost`], with the reason; the last good picture stays and pictures that come
-//! again take over.
+//! # Failures
+//! A source that fails is a state, [`FeedState::Lost`], with the reason. The last good frame stays until new frames
+//! arrive.
 
 mod background_pass;
+mod background_pipeline;
+mod bracketing;
 mod clip;
 mod clip_source;
-mod exposure_series;
+mod error;
 mod feed;
+mod feed_state;
 mod frame;
 mod image_feed;
+mod image_file;
 mod intrinsics;
+mod open_feed;
 mod poll;
 mod posed_frame;
+mod prepare_backgrounds;
 mod projection;
 mod source;
 mod upload;
 #[cfg(feature = "webcam")]
 mod webcam;
 
+pub use bracketing::{BracketedFrame, BracketedFrames};
 pub use clip::Clip;
-pub use exposure_series::{ShorterFrame, ShorterFrames};
-pub use feed::{CameraError, CameraFeed, FeedPace, FeedState, FeedStatistics};
+pub use error::CameraError;
+pub use feed::{CameraFeed, FeedPace};
+pub use feed_state::{FeedState, FeedStatistics};
 pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
 pub use intrinsics::Intrinsics;
 pub use projection::{FrameFit, FrameMapping, IntrinsicsProjection};
@@ -57,9 +81,18 @@ pub use upload::FrameTexture;
 #[cfg(feature = "webcam")]
 pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
 
-pub(crate) use image_feed::unpad_rows;
-pub(crate) use poll::{ArrivingFrame, PicturesAwaitTracking};
+pub(crate) use poll::{ArrivingFrame, FramesAwaitTracking};
 pub(crate) use posed_frame::PosedFrame;
+
+/// Old name of [`BracketedFrame`].
+#[deprecated(since = "0.1.0", note = "use `BracketedFrame`")]
+#[doc(hidden)]
+pub type ShorterFrame = BracketedFrame;
+
+/// Old name of [`BracketedFrames`].
+#[deprecated(since = "0.1.0", note = "use `BracketedFrames`")]
+#[doc(hidden)]
+pub type ShorterFrames = BracketedFrames;
 
 use crate::MirrorballSystems;
 use bevy::{
@@ -67,10 +100,10 @@ use bevy::{
     prelude::*,
 };
 
-/// A game camera that stands where the real camera stands and shows its pictures behind everything.
+/// A game camera that coincides with the real camera and draws its frames behind everything.
 ///
-/// Add a [`CameraFeed`] to the same entity. Required components switch off what would change the picture: tone mapping,
-/// dithering and ambient light.
+/// Add a [`CameraFeed`] to the same entity. Required components switch off everything that would change the frame:
+/// tone mapping, dithering and ambient light.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -78,7 +111,7 @@ use bevy::{
 /// # fn setup(mut commands: Commands) {
 /// commands.spawn((
 ///     ArCamera { intrinsics: Some(Intrinsics::from_horizontal_fov(UVec2::new(640, 480), 1.0)), ..default() },
-///     CameraFeed::picture("desk.png"),
+///     CameraFeed::file("desk.png"),
 /// ));
 /// # }
 /// ```
@@ -91,15 +124,15 @@ use bevy::{
     AmbientLight = AmbientLight { brightness: 0.0, ..default() },
 )]
 pub struct ArCamera {
-    /// The real camera's intrinsics; scaled to the size of the pictures that arrive. Defaults to `None`: those that come with
-    /// the pictures (a clip's sidecar has them) are taken, or else a horizontal field of view of 60° is assumed, which is good
-    /// enough to see something and too coarse for good registration.
+    /// Intrinsics of the real camera; scaled to the size of the frames that arrive. Defaults to `None`, which uses the
+    /// intrinsics that come with the frames (from the sidecar of a clip) or else assumes a horizontal field of view of
+    /// 60°. That is good enough to see something and too coarse for good registration.
     pub intrinsics: Option<Intrinsics>,
-    /// How a picture fills a view of another shape. Defaults to [`FrameFit::Cover`].
+    /// Fit of a frame into a view of another shape. Defaults to [`FrameFit::Cover`].
     pub fit: FrameFit,
 }
 
-/// Horizontal field of view assumed for cameras without intrinsics, in radians (60°, a common webcam).
+/// Horizontal field of view in radians that is assumed for cameras without intrinsics (60°, a common webcam).
 const ASSUMED_HORIZONTAL_FOV: f32 = 60.0 * std::f32::consts::PI / 180.0;
 
 impl ArCamera {
@@ -108,8 +141,8 @@ impl ArCamera {
         Self { intrinsics: Some(intrinsics), ..default() }
     }
 
-    /// The intrinsics for a picture, scaled to its size: the known ones, or those that came with it, or 60° of horizontal field
-    /// of view.
+    /// Intrinsics for a frame, scaled to its size: those of the camera, else those that came with the frame, else 60°
+    /// of horizontal field of view.
     pub fn intrinsics_for(&self, frame: &CameraFrame) -> Intrinsics {
         let size = frame.pixels.size;
         self.intrinsics.or(frame.intrinsics).filter(Intrinsics::is_valid).map_or_else(
@@ -119,7 +152,8 @@ impl ArCamera {
     }
 }
 
-/// Takes pictures in, uploads them, draws them behind the scene and gives the camera the real camera's projection.
+/// Receives camera frames, uploads them, draws them behind the scene and gives the game camera the projection of the
+/// real one.
 pub struct CameraPlugin;
 
 impl Plugin for CameraPlugin {
@@ -146,7 +180,7 @@ impl Plugin for CameraPlugin {
     }
 }
 
-/// Programs that only measure may do without images.
+/// Programs that only measure have no images.
 fn has_images(images: Option<Res<Assets<Image>>>) -> bool {
     images.is_some()
 }

@@ -1,18 +1,23 @@
-//! The systems that open feeds and take their pictures in.
+//! Systems that open feeds and receive their frames.
+//!
+//! A frame takes one of two ways. Without tracking, or in lockstep, it becomes the [`CameraFrame`] at once. Where
+//! [`FramesAwaitTracking`] exists, a live frame becomes an [`ArrivingFrame`], which tracking replaces by a
+//! [`CameraFrame`] when the markers in it are detected.
 
 use super::{
-    CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics, ShorterFrame, ShorterFrames,
-    feed::Picture,
+    BracketedFrame, BracketedFrames, CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics,
     image_feed::{ImageReader, ImageSlot},
-    source::{self, OpenFeed},
+    open_feed::{OpenFeed, open},
+    source::SourceFrame,
 };
 use bevy::prelude::*;
 
-/// Exists if pictures become [`CameraFrame`]s only when somebody has looked for markers in them.
+/// Marks apps in which live frames become [`CameraFrame`]s only after marker detection. Inserted by
+/// [`tracking`](crate::tracking).
 #[derive(Resource, Default)]
-pub(crate) struct PicturesAwaitTracking;
+pub(crate) struct FramesAwaitTracking;
 
-/// A picture that has arrived and waits to be searched for markers.
+/// A live frame that waits for marker detection. Removed by [`tracking`](crate::tracking).
 #[derive(Component)]
 pub(crate) struct ArrivingFrame(pub(crate) CameraFrame);
 
@@ -28,28 +33,28 @@ pub(super) fn open_feeds(
         for reader in children.into_iter().flatten().filter(|child| readers.contains(**child)) {
             commands.entity(*reader).despawn();
         }
-        match source::open(feed) {
-            Ok(open) => {
-                if let Some(slot) = open.0.image_slot() {
+        match open(feed) {
+            Ok((source, slot)) => {
+                commands.entity(camera).insert(source);
+                if let Some(slot) = slot {
                     commands.entity(camera).insert(slot);
                 }
-                commands.entity(camera).insert(open);
                 state.set_if_neq(FeedState::Waiting);
             }
-            Err(error) => say(camera, &mut state, FeedState::Failed(error.to_string())),
+            Err(error) => report_state(camera, &mut state, FeedState::Failed(error.to_string())),
         }
     }
 }
 
-/// Changes a state and logs what a user has to know.
-fn say(camera: Entity, state: &mut Mut<FeedState>, new: FeedState) {
+/// Changes the state of a feed and logs changes that concern the user.
+fn report_state(camera: Entity, state: &mut Mut<FeedState>, new: FeedState) {
     if !state.set_if_neq(new) {
         return;
     }
     match &**state {
         FeedState::Failed(reason) => error!("camera {camera}: {reason}"),
         FeedState::Lost(reason) => warn!("camera {camera}: {reason}"),
-        FeedState::Playing => debug!("camera {camera}: pictures arrive"),
+        FeedState::Playing => debug!("camera {camera}: frames arrive"),
         FeedState::Waiting => {}
     }
 }
@@ -67,39 +72,39 @@ pub(super) fn poll_feeds(
     mut commands: Commands,
     mut feeds: Query<PolledFeed>,
     time: Res<Time<Real>>,
-    awaits_tracking: Option<Res<PicturesAwaitTracking>>,
+    awaits_tracking: Option<Res<FramesAwaitTracking>>,
 ) {
-    for (camera, feed, mut open, mut state, mut statistics, is_one_waiting) in &mut feeds {
+    for (camera, feed, mut open, mut state, mut statistics, is_one_arriving) in &mut feeds {
         let mut arrival = open.0.poll(time.elapsed());
         if feed.exposure < 1.0 {
-            arrival.shorter.extend(arrival.picture.take());
+            arrival.bracketed.extend(arrival.frame.take());
         }
         if arrival.dropped > 0 {
             statistics.dropped += arrival.dropped;
         }
         if let Some(new) = arrival.state {
-            say(camera, &mut state, new);
+            report_state(camera, &mut state, new);
         }
-        if arrival.picture.is_some() || !arrival.shorter.is_empty() {
-            say(camera, &mut state, FeedState::Playing);
+        if arrival.frame.is_some() || !arrival.bracketed.is_empty() {
+            report_state(camera, &mut state, FeedState::Playing);
         }
-        for picture in arrival.shorter {
-            statistics.shorter += 1;
-            keep_shorter(&mut commands, camera, feed, picture);
+        for frame in arrival.bracketed {
+            statistics.bracketed += 1;
+            keep_bracketed(&mut commands, camera, feed, frame);
         }
-        let Some(picture) = arrival.picture else {
+        let Some(source_frame) = arrival.frame else {
             continue;
         };
-        statistics.note_picture(arrival.dropped, picture.captured, picture.decode_time);
+        statistics.note_frame(arrival.dropped, source_frame.captured, source_frame.decode_time);
         let frame = CameraFrame {
-            pixels: picture.pixels,
-            sequence: statistics.pictures,
-            captured: picture.captured,
-            intrinsics: picture.intrinsics,
+            pixels: source_frame.pixels,
+            sequence: statistics.frames,
+            captured: source_frame.captured,
+            intrinsics: source_frame.intrinsics,
         };
         if awaits_tracking.is_some() && feed.pace == FeedPace::Live {
-            // The newest wins: the one still waiting will never be seen.
-            statistics.dropped += u64::from(is_one_waiting);
+            // The newest frame replaces the one that still waits, which will never be seen.
+            statistics.dropped += u64::from(is_one_arriving);
             commands.entity(camera).insert(ArrivingFrame(frame));
         } else {
             commands.entity(camera).insert(frame);
@@ -107,9 +112,9 @@ pub(super) fn poll_feeds(
     }
 }
 
-fn keep_shorter(commands: &mut Commands, camera: Entity, feed: &CameraFeed, picture: Picture) {
-    let Picture { pixels, captured, exposure, .. } = picture;
-    let frame = ShorterFrame { pixels, exposure: exposure * feed.exposure, captured };
+fn keep_bracketed(commands: &mut Commands, camera: Entity, feed: &CameraFeed, frame: SourceFrame) {
+    let SourceFrame { pixels, captured, exposure, .. } = frame;
+    let frame = BracketedFrame { pixels, exposure: exposure * feed.exposure, captured };
     let mut camera = commands.entity(camera);
-    camera.entry::<ShorterFrames>().or_default().and_modify(move |mut frames| frames.insert(frame));
+    camera.entry::<BracketedFrames>().or_default().and_modify(move |mut frames| frames.insert(frame));
 }

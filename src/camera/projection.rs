@@ -1,4 +1,4 @@
-//! The game camera's projection from the real camera's intrinsics.
+//! Projection of the game camera from the intrinsics of the real camera.
 
 use super::{ArCamera, CameraFrame, Intrinsics};
 use bevy::{
@@ -7,32 +7,32 @@ use bevy::{
     prelude::*,
 };
 
-/// How a camera picture fills a view of another size or shape.
+/// Fit of a camera frame into a view of another size or shape.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum FrameFit {
-    /// The view is full; what does not fit of the picture is cut off evenly.
+    /// The frame fills the view; parts that do not fit are cut off evenly on both sides.
     #[default]
     Cover,
-    /// The whole picture is seen; bars in the camera's clear color fill the rest.
+    /// The whole frame is visible; bars in the camera's clear color fill the rest.
     Contain,
     /// Width and height are scaled independently.
     Stretch,
 }
 
-/// Affine map from picture pixels to view pixels: `view = scale · frame + offset`.
+/// Affine map from frame pixels to view pixels: `view = scale · frame + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameMapping {
-    /// View pixels per picture pixel.
+    /// View pixels per frame pixel.
     pub scale: Vec2,
-    /// View position of the picture's top-left corner, in view pixels.
+    /// Position of the top-left corner of the frame, in view pixels.
     pub offset: Vec2,
     frame_size: Vec2,
     view_size: Vec2,
 }
 
 impl FrameMapping {
-    /// The map of a picture into a view; both sizes in pixels, above 0. The centers coincide.
+    /// Map of a frame into a view; both sizes in pixels, above 0. The centers coincide.
     pub fn new(fit: FrameFit, frame_size: Vec2, view_size: Vec2) -> Self {
         let ratio = view_size / frame_size;
         let scale = match fit {
@@ -51,7 +51,7 @@ impl FrameMapping {
         Vec4::new(scale.x, scale.y, offset.x, offset.y)
     }
 
-    /// The intrinsics of the view as if it were the camera's picture.
+    /// Intrinsics of the view, as if the view were the frame of the camera.
     pub fn view_intrinsics(&self, frame: &Intrinsics) -> Intrinsics {
         Intrinsics {
             focal: frame.focal * self.scale,
@@ -61,23 +61,23 @@ impl FrameMapping {
     }
 }
 
-/// An off-center perspective projection with an infinite far plane and reversed depth, from pinhole intrinsics.
+/// Off-center perspective projection from pinhole intrinsics, with an infinite far plane and reversed depth.
 #[derive(Clone, Debug)]
 pub struct IntrinsicsProjection {
-    /// Intrinsics of the camera's pictures.
+    /// Intrinsics of the camera, for its frames.
     pub intrinsics: Intrinsics,
-    /// How pictures fill the view.
+    /// Fit of the frames into the view.
     pub fit: FrameFit,
-    /// Distance of the near plane in metres. Defaults to 0.01.
+    /// Distance of the near plane in meters. Defaults to 0.01.
     pub near: f32,
     view_size: Vec2,
 }
 
-/// Objects farther away are culled; in metres. Depth itself has no far end.
+/// Distance in meters beyond which objects are culled. Depth itself has no far end.
 const CULLING_DISTANCE: f32 = 1000.0;
 
 impl IntrinsicsProjection {
-    /// A projection for a view of the picture's size; Bevy tells it the view's real size.
+    /// Projection for a view of the size of a frame. Bevy then updates it to the real size of the view.
     pub fn new(intrinsics: Intrinsics, fit: FrameFit) -> Self {
         Self { intrinsics, fit, near: 0.01, view_size: intrinsics.size.as_vec2() }
     }
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_stays_on_its_picture_pixel_in_any_fit() {
+    fn a_point_stays_on_its_frame_pixel_in_any_fit() {
         let pos = Vec3::new(0.1, 0.05, -0.8);
         let pixel = webcam().project(pos).expect("in front");
         for fit in [FrameFit::Cover, FrameFit::Contain, FrameFit::Stretch] {

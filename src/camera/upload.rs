@@ -1,6 +1,6 @@
-//! Camera pictures on the GPU.
+//! Upload of camera frames to the GPU.
 //!
-//! Each camera owns one texture that is overwritten in place, so that bind groups made from it stay valid.
+//! Each camera owns one texture that is overwritten in place, so bind groups made from it stay valid.
 
 use super::{CameraFrame, FramePixels};
 use bevy::{
@@ -21,12 +21,12 @@ use bevy::{
 };
 use std::sync::Arc;
 
-/// The newest picture of a camera as a texture: sRGB, 8 bit, same size as the picture, linear filtering.
+/// The newest frame of a camera as a texture: 8-bit sRGB, the size of the frame, linear filtering.
 ///
-/// Written by the GPU queue: do not change the [`Image`] asset behind it.
+/// The GPU queue writes it: do not change the [`Image`] asset behind it.
 #[derive(Component, Clone, Debug)]
 pub struct FrameTexture {
-    /// The texture. Replaced only when the size of the pictures changes.
+    /// The texture. Replaced only when the size of the frames changes.
     pub image: Handle<Image>,
     size: UVec2,
 }
@@ -72,7 +72,7 @@ pub(super) fn allocate_frame_textures(
     }
 }
 
-/// Pictures on their way to their textures, and what has arrived there.
+/// Frames that wait for their textures, and the number of the frame that each texture holds.
 #[derive(Resource, Default)]
 struct PendingFrames {
     waiting: HashMap<AssetId<Image>, (Arc<FramePixels>, u64)>,

@@ -70,8 +70,8 @@ impl Checklist<'_, '_> {
                 let statistics = statistics.cloned().unwrap_or_default();
                 let (size, rate, dropped) = (frame.pixels.size, statistics.capture_rate, statistics.dropped);
                 let mut text = format!("{} × {}, {rate:.1} /s, {dropped} dropped", size.x, size.y);
-                if statistics.shorter > 0 {
-                    text += &format!(", {} at shorter exposures", statistics.shorter);
+                if statistics.bracketed > 0 {
+                    text += &format!(", {} at shorter exposures", statistics.bracketed);
                 }
                 (CheckLevel::Good, text)
             }

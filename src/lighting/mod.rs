@@ -30,7 +30,7 @@
 //!   piece the one that clips least of it counts, of several such ones the brightest. A picture whose paper is not as dark as its exposure says, by a quarter or
 //!   more, shows other light and is ignored. On a ray-traced desk with lamps 90, 18 and 4 times white, and nothing but the
 //!   marker's paper beside the ball, their errors go from −42, +200 and +113 % to +2, 0 and −3 % with exposures of 1/8 and 1/125.
-//!   A camera's [`ShorterFrames`](crate::camera::ShorterFrames) are told of with the next usual picture, for five seconds at most; where the
+//!   A camera's [`BracketedFrames`](crate::camera::BracketedFrames) are told of with the next usual picture, for five seconds at most; where the
 //!   ball was in them follows from the pictures before and after. No phantoms are needed then, but the marker is.
 //!
 //! # Near lamps

@@ -2,7 +2,7 @@
 
 use super::desk_picture::ShorterExposure;
 use crate::{
-    camera::{ArCamera, CameraFrame, ShorterFrame, ShorterFrames},
+    camera::{ArCamera, BracketedFrame, BracketedFrames, CameraFrame},
     probe::{LightProbeSphere, ProbeMeasurement},
 };
 use bevy::{math::Affine3A, prelude::*};
@@ -27,12 +27,12 @@ struct SeenPicture {
 }
 
 struct SeenExposure {
-    frame: ShorterFrame,
+    frame: BracketedFrame,
     /// Told by the pictures before and after it.
     camera_from_probe: Option<Isometry3d>,
 }
 
-type SeeingCamera = (&'static CameraFrame, &'static GlobalTransform, Option<&'static ShorterFrames>);
+type SeeingCamera = (&'static CameraFrame, &'static GlobalTransform, Option<&'static BracketedFrames>);
 type SeenProbe =
     (&'static LightProbeSphere, &'static GlobalTransform, &'static ProbeMeasurement, &'static mut SeenExposures);
 
@@ -57,7 +57,7 @@ pub(super) fn place_exposures(cameras: Query<SeeingCamera, With<ArCamera>>, mut 
 }
 
 impl SeenExposures {
-    fn note(&mut self, new: &ShorterFrame) {
+    fn note(&mut self, new: &BracketedFrame) {
         let is_known = |seen: &SeenExposure| seen.frame.captured == new.captured && seen.frame.is_same_exposure(new);
         if !self.frames.iter().any(is_known) {
             // What has not been placed until now never will be: the next picture has not come.
@@ -73,7 +73,7 @@ impl SeenExposures {
             seen.camera_from_probe.get_or_insert_with(|| between(before, picture, seen.frame.captured));
         }
         self.frames.retain(|seen| seen.frame.captured.abs_diff(picture.captured) <= LONGEST_AGE);
-        let placed: Vec<ShorterFrame> =
+        let placed: Vec<BracketedFrame> =
             self.frames.iter().filter(|seen| seen.camera_from_probe.is_some()).map(|seen| seen.frame.clone()).collect();
         self.frames.retain(|SeenExposure { frame, .. }| {
             !placed.iter().any(|newer| newer.captured > frame.captured && newer.is_same_exposure(frame))
@@ -85,7 +85,7 @@ impl SeenExposures {
         let probe_from_world = world_from_probe.to_isometry().inverse();
         let exposure = |seen: &SeenExposure| {
             let camera_from_world = Affine3A::from(seen.camera_from_probe? * probe_from_world);
-            let ShorterFrame { pixels, exposure, .. } = seen.frame.clone();
+            let BracketedFrame { pixels, exposure, .. } = seen.frame.clone();
             Some(ShorterExposure { frame: pixels, exposure, camera_from_world: Some(camera_from_world) })
         };
         self.frames.iter().filter_map(exposure).collect()
@@ -109,9 +109,9 @@ mod tests {
     use crate::camera::FramePixels;
     use std::sync::Arc;
 
-    fn frame(exposure: f32, milliseconds: u64) -> ShorterFrame {
+    fn frame(exposure: f32, milliseconds: u64) -> BracketedFrame {
         let pixels = Arc::new(FramePixels::new(UVec2::ONE, vec![0; 4]).expect("fits"));
-        ShorterFrame { pixels, exposure, captured: Duration::from_millis(milliseconds) }
+        BracketedFrame { pixels, exposure, captured: Duration::from_millis(milliseconds) }
     }
 
     fn picture(sequence: u64, milliseconds: u64, x: f32) -> SeenPicture {

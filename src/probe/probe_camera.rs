@@ -20,7 +20,7 @@ use bevy::prelude::*;
 /// let lens = ProbeLens::Fisheye { projection: FisheyeProjection::Equisolid, fov_degrees: 180.0, circle: None };
 /// commands.spawn((
 ///     LightProbeCamera { lens, ..default() },
-///     CameraFeed::picture("ceiling.jpg"),
+///     CameraFeed::file("ceiling.jpg"),
 ///     Transform::default().looking_to(Vec3::Y, Vec3::NEG_Z),
 /// ));
 /// # }

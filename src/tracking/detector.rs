@@ -1,14 +1,8 @@
-//! What a marker detector does, whoever wrote it.
+//! Interface of marker detectors.
 
-use super::TrackingError;
-use crate::camera::{FramePixels, srgb_to_linear};
 use bevy::{math::DVec2, prelude::*};
-use std::{
-    sync::{Arc, Mutex, PoisonError},
-    time::{Duration, Instant},
-};
 
-/// An 8-bit gray picture, rows from top to bottom.
+/// An 8-bit gray image, rows from top to bottom.
 #[derive(Clone, Copy, Debug)]
 pub struct LumaView<'a> {
     pixels: &'a [u8],
@@ -16,7 +10,7 @@ pub struct LumaView<'a> {
 }
 
 impl<'a> LumaView<'a> {
-    /// Wraps pixels; `None` unless there are exactly `width · height` of them.
+    /// Wraps pixels. Returns `None` unless there are exactly `width · height` of them.
     pub fn new(size: UVec2, pixels: &'a [u8]) -> Option<Self> {
         (pixels.len() == size.x as usize * size.y as usize).then_some(Self { pixels, size })
     }
@@ -32,154 +26,22 @@ impl<'a> LumaView<'a> {
     }
 }
 
-/// A marker found in a picture.
+/// A marker detected in an image.
 #[derive(Reflect, Clone, Debug, PartialEq)]
 #[reflect(Debug, Clone, PartialEq)]
 pub struct DetectedMarker {
-    /// Number in the family.
+    /// Number within the family.
     pub id: u32,
-    /// Corners of the black square in pixels: top-left, top-right, bottom-right, bottom-left of the marker as it is printed
-    /// upright (not of the picture). Pixel centers are at halves.
+    /// Corners of the black square in pixels: top-left, top-right, bottom-right, bottom-left of the marker as it is
+    /// printed upright (not of the image). Pixel centers are at halves.
     pub corners: [DVec2; 4],
-    /// Bits that had to be corrected to read the number.
+    /// Number of bits that were corrected to decode the number.
     pub corrected_bits: u32,
 }
 
-/// Finds tag36h11 markers.
+/// A detector of tag36h11 markers.
 pub trait MarkerDetector: Send + Sync {
-    /// All markers in a picture, searched at `1 / decimation` of its resolution (corners are refined at full resolution).
-    fn detect(&mut self, picture: LumaView, decimation: f32) -> Vec<DetectedMarker>;
-}
-
-/// Side of the window around a marker, in sizes of the marker.
-const WINDOW: f64 = 2.3;
-/// Windows larger than this many pixels are searched at half resolution.
-const LARGE_WINDOW: u32 = 220;
-/// Corners that move farther than this share of the marker's size between the passes belong to something else.
-const MAX_MOVE: f64 = 0.1;
-
-/// Finds markers in a camera picture, with corners that do not shrink under blur.
-///
-/// On gamma-coded pixels a blurred edge moves towards the dark side and markers look up to 3 % farther away than they are;
-/// on linear pixels shadows make them hard to find. So markers are searched as the camera gave the picture, and each one's
-/// window is searched once more in linear light. If one of the `wanted` numbers is missing at half resolution, the search is
-/// repeated at full resolution.
-pub fn find_markers(detector: &mut dyn MarkerDetector, frame: &FramePixels, wanted: &[u32]) -> Vec<DetectedMarker> {
-    let luma = frame.luma8();
-    let Some(picture) = LumaView::new(frame.size, &luma) else {
-        return Vec::new();
-    };
-    let mut found = detector.detect(picture, 2.0);
-    if wanted.iter().any(|id| found.iter().all(|marker| marker.id != *id)) {
-        let coarse = std::mem::replace(&mut found, detector.detect(picture, 1.0));
-        // Large blurred markers may be found at half resolution only; a missing one must not cost those in sight.
-        for marker in coarse {
-            if found.iter().all(|other| other.id != marker.id) {
-                found.push(marker);
-            }
-        }
-    }
-    for marker in &mut found {
-        if let Some(corners) = refine_in_linear_light(detector, frame, marker) {
-            marker.corners = corners;
-        }
-    }
-    found
-}
-
-fn refine_in_linear_light(
-    detector: &mut dyn MarkerDetector,
-    frame: &FramePixels,
-    marker: &DetectedMarker,
-) -> Option<[DVec2; 4]> {
-    let low = marker.corners.iter().copied().reduce(DVec2::min)?;
-    let high = marker.corners.iter().copied().reduce(DVec2::max)?;
-    let size = (high - low).max_element();
-    let margin = 0.5 * (WINDOW - 1.0) * size;
-    let start = (low - margin).max(DVec2::ZERO).as_uvec2();
-    let end = (high + margin).max(DVec2::ZERO).as_uvec2().min(frame.size);
-    let extent = end.checked_sub(start)?;
-    let window = linear_window(frame, start, extent);
-    let decimation = if extent.max_element() > LARGE_WINDOW { 2.0 } else { 1.0 };
-    let again = detector.detect(LumaView::new(extent, &window)?, decimation);
-    let refined = again.into_iter().find(|candidate| candidate.id == marker.id)?;
-    let corners = refined.corners.map(|corner| corner + start.as_dvec2());
-    let is_same = corners.iter().zip(&marker.corners).all(|(a, b)| a.distance(*b) < MAX_MOVE * size);
-    is_same.then_some(corners)
-}
-
-/// Luminance of a part of the picture in linear light, scaled so that its brightest pixel is white.
-fn linear_window(frame: &FramePixels, start: UVec2, extent: UVec2) -> Vec<u8> {
-    let luminance = |x: u32, y: u32| {
-        let [r, g, b] = frame.rgb8(x as i32, y as i32);
-        0.2126 * srgb_to_linear(r) + 0.7152 * srgb_to_linear(g) + 0.0722 * srgb_to_linear(b)
-    };
-    let values: Vec<f32> = (0..extent.y)
-        .flat_map(|y| (0..extent.x).map(move |x| (x, y)))
-        .map(|(x, y)| luminance(start.x + x, start.y + y))
-        .collect();
-    let scale = 255.0 / values.iter().copied().fold(1e-3, f32::max);
-    values.into_iter().map(|value| (value * scale + 0.5) as u8).collect()
-}
-
-/// The detector of a game: AprilTag's unless the game inserts its own. Runs in the background for live feeds.
-#[derive(Resource, Clone)]
-pub struct MarkerDetection(Arc<Mutex<dyn MarkerDetector>>);
-
-impl MarkerDetection {
-    /// A detector of the game.
-    pub fn new(detector: impl MarkerDetector + 'static) -> Self {
-        Self(Arc::new(Mutex::new(detector)))
-    }
-
-    /// The detector this crate was built with.
-    ///
-    /// # Errors
-    /// [`TrackingError::NoDetector`] without the feature `apriltag`, [`TrackingError::WrongLibrary`] if a system library of
-    /// another version was linked.
-    pub fn built_in() -> Result<Self, TrackingError> {
-        #[cfg(feature = "apriltag")]
-        return Ok(Self::new(super::AprilTagDetector::new()?));
-        #[cfg(not(feature = "apriltag"))]
-        Err(TrackingError::NoDetector)
-    }
-
-    /// [`find_markers`], and how long it took. Waits while another camera's picture is searched.
-    pub(super) fn find(&self, frame: &FramePixels, wanted: &[u32]) -> (Vec<DetectedMarker>, Duration) {
-        // A detector that panicked once may work on the next picture.
-        let mut detector = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let started = Instant::now();
-        let markers = find_markers(&mut *detector, frame, wanted);
-        (markers, started.elapsed())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Sees one marker at half and another at full resolution, and both in neither.
-    struct Resolutions;
-
-    impl MarkerDetector for Resolutions {
-        fn detect(&mut self, _picture: LumaView, decimation: f32) -> Vec<DetectedMarker> {
-            let at = if decimation == 2.0 { 20.0 } else { 60.0 };
-            let corner = |x: f64, y: f64| DVec2::new(at + x, at + y);
-            let corners = [corner(0.0, 0.0), corner(9.0, 0.0), corner(9.0, 9.0), corner(0.0, 9.0)];
-            let shared = DetectedMarker { id: 2, corners: corners.map(|c| c + 12.0), corrected_bits: 0 };
-            vec![DetectedMarker { id: u32::from(decimation == 2.0), corners, corrected_bits: 0 }, shared]
-        }
-    }
-
-    #[test]
-    fn a_missing_marker_does_not_cost_one_seen_at_half_resolution() {
-        let frame = FramePixels::new(UVec2::splat(100), vec![128; 40_000]).expect("as many bytes as the size says");
-        let ids = |wanted: &[u32]| {
-            let mut ids: Vec<_> = find_markers(&mut Resolutions, &frame, wanted).iter().map(|m| m.id).collect();
-            ids.sort_unstable();
-            ids
-        };
-        assert_eq!(ids(&[1, 2]), [1, 2], "all wanted ones are found at half resolution");
-        assert_eq!(ids(&[0, 1]), [0, 1, 2], "both searches count, each marker once");
-    }
+    /// Returns all markers in an image, searched at `1 / decimation` of its resolution (corners are refined at full
+    /// resolution).
+    fn detect(&mut self, image: LumaView, decimation: f32) -> Vec<DetectedMarker>;
 }

@@ -1,64 +1,84 @@
-//! Frame → marker poses → camera pose or anchor transforms.
+//! Marker tracking: frame → marker poses → camera pose or anchor transforms.
 //!
-//! **Enters:** the camera's newest picture and intrinsics, [`MarkerAnchor`]s. **Leaves:** [`DetectedMarkers`] on the camera,
-//! a [`MarkerTracking`] on each anchor, and moved [`Transform`]s.
+//! **Enters:** the newest frame and the intrinsics of the camera, and [`MarkerAnchor`]s. **Leaves:**
+//! [`DetectedMarkers`] on the camera, a [`MarkerTracking`] on each anchor, and moved [`Transform`]s.
 //!
-//! # Frames
-//! The marker frame has its origin at the center of the black square, +X to the right, +Y out of the paper and +Z to the
-//! bottom edge of the marker, upright *as the AprilTag project prints it* (OpenCV's dictionary prints it turned by 180°). A
-//! marker lying on the desk has +Y up like the world. `camera_from_marker` is in Bevy's camera axes.
+//! # Hand-over of frames
+//! [`camera`](crate::camera) does not publish live frames itself when this plugin is present. This stage takes each of
+//! them, searches it for markers in the background and publishes it as the [`CameraFrame`](crate::camera::CameraFrame)
+//! together with its [`DetectedMarkers`], so background and poses change in the same update. Frames that are published
+//! without (by feeds in lockstep and by the game itself) are searched within the update.
 //!
-//! # Who moves
-//! With [`WorldOrigin`] on one anchor, that anchor stays where the game put it and the camera moves. Without it the camera
-//! stays and the anchors move.
+//! # Frames of reference
+//! The marker frame has its origin at the center of the black square, +X to the right, +Y out of the paper and +Z to
+//! the bottom edge of the marker, upright *as the AprilTag project prints it* (OpenCV's dictionary prints it rotated
+//! by 180°). A marker that lies on the desk has +Y up like the world. `camera_from_marker` is in Bevy's camera axes.
+//!
+//! # What moves
+//! With [`WorldOrigin`] on one anchor, that anchor stays where the game put it and the camera moves. Without it the
+//! camera stays and the anchors move.
 //!
 //! # Lost markers
-//! A lost marker is a state: [`MarkerTracking::state`] says so, everything stays where it was last, and the next sight of the
-//! marker takes over.
+//! A lost marker is a state, not an error: [`MarkerTracking::state`] changes, everything keeps its last pose, and
+//! tracking resumes when the marker is detected again.
 //!
 //! # Cost
-//! With the AprilTag library about 8 ms of CPU for a 640 × 480 picture and 30 ms for 1280 × 720; four times that when a
-//! wanted marker is not found at half resolution.
+//! With the AprilTag library about 8 ms of CPU for a 640 × 480 frame and 30 ms for 1280 × 720; four times that if a
+//! wanted marker is not detected at half resolution.
 
 #[cfg(feature = "apriltag")]
 mod apriltag;
+mod detect_markers;
+mod detection;
 mod detector;
-mod follow;
 mod pose;
 #[cfg(feature = "apriltag")]
 mod print;
+mod track;
 
 #[cfg(feature = "apriltag")]
 pub use apriltag::AprilTagDetector;
-pub use detector::{DetectedMarker, LumaView, MarkerDetection, MarkerDetector, find_markers};
+pub use detect_markers::detect_markers;
+pub use detection::MarkerDetection;
+pub use detector::{DetectedMarker, LumaView, MarkerDetector};
+/// Old name of [`detect_markers`](fn@detect_markers).
+#[deprecated(since = "0.1.0", note = "use `detect_markers`")]
+#[doc(hidden)]
+pub fn find_markers(detector: &mut dyn MarkerDetector, frame: &FramePixels, wanted: &[u32]) -> Vec<DetectedMarker> {
+    detect_markers(detector, frame, wanted)
+}
+
 pub use pose::{MarkerPose, PoseCandidates};
 #[cfg(feature = "apriltag")]
 pub use print::marker_sheet_svg;
 
-use crate::{MirrorballSystems, camera::PicturesAwaitTracking};
+use crate::{
+    MirrorballSystems,
+    camera::{FramePixels, FramesAwaitTracking},
+};
 use bevy::prelude::*;
 use std::time::Duration;
 
-/// What can go wrong in tracking. A marker that is not in view is no error.
+/// Errors of tracking. A marker that is not in view is not an error.
 #[derive(thiserror::Error, Debug, PartialEq)]
 pub enum TrackingError {
-    /// The crate was built without a detector and the game has inserted none.
+    /// The crate was built without a detector and the game has not inserted one.
     #[error("no marker detector: enable the feature `apriltag` or insert the resource MarkerDetection")]
     NoDetector,
-    /// The AprilTag library linked is not the one whose memory layout we know.
+    /// The linked AprilTag library is not the version whose memory layout this crate knows.
     #[error(
         "the linked AprilTag library is not version 3.4.5: set the environment variable APRILTAG_SYS_METHOD=raw,static \
          when building, so that the version that comes with the crate apriltag-sys is compiled"
     )]
     WrongLibrary,
-    /// The AprilTag library could not allocate.
+    /// The AprilTag library could not allocate memory.
     #[error("the AprilTag library is out of memory")]
     OutOfMemory,
-    /// There is no such marker.
+    /// The marker family has no such number.
     #[error("tag36h11 has no marker number {0}; numbers go from 0 to 586")]
     NoSuchMarker(u32),
-    /// A size that is not a length.
-    #[error("a marker cannot be {0} metres wide; give the side of its black square, above 0")]
+    /// The size of a marker is not a length above 0, or the marker does not fit the page.
+    #[error("a marker cannot be {0} meters wide; give the side of its black square, above 0")]
     BadSize(f32),
 }
 
@@ -80,20 +100,20 @@ pub enum TrackingError {
 pub struct MarkerAnchor {
     /// Number of the marker in its family (tag36h11: 0…586).
     pub id: u32,
-    /// Side of the printed black square in metres. Finite and above 0.
+    /// Side of the printed black square in meters. Finite and above 0.
     pub size: f32,
 }
 
 impl MarkerAnchor {
-    /// Markers in the family tag36h11.
+    /// Number of markers in the family tag36h11.
     pub const FAMILY_SIZE: u32 = 587;
 
-    /// A marker of the family tag36h11 whose black square is `size` metres wide.
+    /// A marker of the family tag36h11 whose black square is `size` meters wide.
     pub fn new(id: u32, size: f32) -> Self {
         Self { id, size }
     }
 
-    /// Whether such a marker can exist.
+    /// Returns an error if no such marker can exist.
     ///
     /// # Errors
     /// [`TrackingError::NoSuchMarker`] or [`TrackingError::BadSize`].
@@ -108,55 +128,55 @@ impl MarkerAnchor {
     }
 }
 
-/// On one [`MarkerAnchor`]: this anchor stays where it is and the camera moves around it.
+/// Marks the [`MarkerAnchor`] that stays in place while the camera moves around it.
 ///
-/// With several of them the first (by entity) counts.
+/// If several anchors have it, the first by entity is the origin.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct WorldOrigin;
 
-/// Whether a marker is in sight.
+/// Visibility of a marker.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum MarkerState {
-    /// Never seen yet.
+    /// Not detected yet.
     #[default]
     Searching,
-    /// Seen in the newest picture.
+    /// Detected in the newest frame.
     Tracked,
-    /// Seen before, not in the newest picture; the last pose is kept.
+    /// Detected before, but not in the newest frame; the last pose is kept.
     Lost,
 }
 
-/// What is known of a marker's pose; on the entity of its [`MarkerAnchor`].
+/// State and pose of a marker; on the entity of its [`MarkerAnchor`].
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct MarkerTracking {
-    /// Whether the marker is in sight.
+    /// Visibility of the marker.
     pub state: MarkerState,
-    /// The last pose: marker frame → camera frame (Bevy axes), metres. `None` until first seen.
+    /// The last pose: marker frame → camera frame (Bevy axes), in meters. `None` until the marker is first detected.
     pub camera_from_marker: Option<Isometry3d>,
-    /// Both poses that explained the last picture, if one was found there.
+    /// Both poses that explain the newest frame. `None` if the marker was not detected in it.
     pub candidates: Option<PoseCandidates>,
-    /// Reprojection error of the last pose in pixels.
+    /// Reprojection error of the last pose, in pixels.
     pub reprojection_error: f32,
-    /// Sequence number of the picture in which the marker was last seen.
+    /// Sequence number of the frame in which the marker was last detected.
     pub last_seen: Option<u64>,
 }
 
-/// All markers in a camera's newest picture; on the entity of the camera.
+/// All markers in the newest frame of a camera; on the entity of the camera.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct DetectedMarkers {
-    /// Sequence number of the picture.
+    /// Sequence number of the frame.
     pub sequence: u64,
-    /// The markers, those without an anchor too.
+    /// The markers, including those without an anchor.
     pub markers: Vec<DetectedMarker>,
-    /// Time the detection took on the CPU.
+    /// CPU time of the detection.
     pub cpu_time: Duration,
 }
 
-/// Finds markers and moves the camera or the anchors.
+/// Detects markers and moves the camera or the anchors.
 pub struct TrackingPlugin;
 
 impl Plugin for TrackingPlugin {
@@ -166,15 +186,15 @@ impl Plugin for TrackingPlugin {
             .register_type::<WorldOrigin>()
             .register_type::<MarkerTracking>()
             .register_type::<DetectedMarkers>()
-            .init_resource::<PicturesAwaitTracking>()
+            .init_resource::<FramesAwaitTracking>()
             .add_systems(
                 PreUpdate,
                 (
-                    follow::check_anchors,
-                    follow::detect_in_background,
-                    follow::detect_markers,
-                    follow::estimate_poses,
-                    follow::apply_poses,
+                    track::check_anchors,
+                    detection::detect_in_background,
+                    detection::detect_at_once,
+                    track::estimate_poses,
+                    track::apply_poses,
                 )
                     .chain()
                     .in_set(MirrorballSystems::Track),

@@ -1,10 +1,10 @@
 //! Pose of a square from its four corners.
 //!
-//! Seen from afar, a square has two poses that look nearly alike: mirrored in tilt about the line of sight. The first comes
-//! from the homography of the corners, the second by mirroring its axes along the line of sight; both are refined by
-//! Levenberg–Marquardt on the reprojection error (compare Collins & Bartoli 2014, *Infinitesimal plane-based pose
-//! estimation*). Computed in double precision in the axes of computer vision (x right, y down, z forward) and handed out in
-//! Bevy's.
+//! From a distance, a square has two poses that look nearly alike: mirrored in tilt about the line of sight. The first
+//! comes from the homography of the corners, the second from mirroring its axes along the line of sight; both are
+//! refined by Levenberg–Marquardt on the reprojection error (compare Collins & Bartoli 2014, *Infinitesimal
+//! plane-based pose estimation*). Everything is computed in double precision in the axes of computer vision (x right,
+//! y down, z forward) and converted to Bevy's.
 
 use crate::camera::Intrinsics;
 use bevy::{
@@ -12,39 +12,41 @@ use bevy::{
     prelude::*,
 };
 
-/// A pose of a marker and how well it explains the corners.
+/// A pose of a marker with its reprojection error.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Debug, Clone, PartialEq)]
 pub struct MarkerPose {
-    /// Marker frame (+X right, +Y out of the paper, +Z to the bottom edge) → camera frame (Bevy axes); metres.
+    /// Marker frame (+X right, +Y out of the paper, +Z to the bottom edge) → camera frame (Bevy axes), in meters.
     pub camera_from_marker: Isometry3d,
     /// Root mean square distance between the corners and their reprojections, in pixels.
     pub reprojection_error: f32,
 }
 
-/// The two poses that explain the corners of a square best, the better one first.
+/// The two poses that best explain the corners of a square, the better one first.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Debug, Clone, PartialEq)]
 pub struct PoseCandidates {
     /// The pose with the smaller reprojection error.
     pub best: MarkerPose,
-    /// The other one; equal to `best` if both starting points led to the same pose.
+    /// The other pose; equal to `best` if both starting points lead to the same pose.
     pub alternative: MarkerPose,
 }
 
-/// Below this ratio of the alternative's error to the best one's, either could be true.
-const AMBIGUOUS_RATIO: f32 = 3.0;
-/// Both candidates are the same pose if their normals differ by less, in radians.
-const SAME_POSE: f64 = 1e-3;
+/// Smallest ratio of the alternative's reprojection error to that of the best pose at which the best one is certain.
+const MIN_UNAMBIGUOUS_ERROR_RATIO: f32 = 3.0;
+/// Smallest angle in radians between the normals of two different candidates.
+const MIN_NORMAL_DIFFERENCE: f64 = 1e-3;
 
 impl PoseCandidates {
-    /// Whether the corners alone do not decide between the two.
+    /// Returns whether the corners alone do not decide between the two poses.
     pub fn is_ambiguous(&self) -> bool {
         self.best != self.alternative
-            && self.alternative.reprojection_error < AMBIGUOUS_RATIO * self.best.reprojection_error.max(1e-3)
+            && self.alternative.reprojection_error
+                < MIN_UNAMBIGUOUS_ERROR_RATIO * self.best.reprojection_error.max(1e-3)
     }
 
-    /// The candidate to believe: the one nearer to where the marker was last, if the corners do not decide.
+    /// Returns the more plausible pose: the best one, or if the corners do not decide, the one that is closer to the
+    /// last pose.
     pub fn choose(&self, last: Option<&Isometry3d>) -> MarkerPose {
         match last {
             Some(last) if self.is_ambiguous() => {
@@ -55,15 +57,16 @@ impl PoseCandidates {
         }
     }
 
-    /// Both poses of a square with sides of `size` metres; corners as in
-    /// [`DetectedMarker::corners`](super::DetectedMarker::corners). `None` if the corners are not a convex quadrilateral.
+    /// Both poses of a square with sides of `size` meters; corners as in
+    /// [`DetectedMarker::corners`](super::DetectedMarker::corners). Returns `None` if the corners are not a convex
+    /// quadrilateral.
     pub fn from_corners(corners: &[DVec2; 4], intrinsics: &Intrinsics, size: f64) -> Option<Self> {
         let square = Square::new(corners, intrinsics, size);
         let first = square.refine(square.first_guess()?)?;
         let second = square.refine(first.mirrored()).unwrap_or(first);
         let angle = first.rotation.y_axis.angle_between(second.rotation.y_axis);
-        let (first, second) = (square.judge(&first), square.judge(&second));
-        if angle < SAME_POSE {
+        let (first, second) = (square.to_marker_pose(&first), square.to_marker_pose(&second));
+        if angle < MIN_NORMAL_DIFFERENCE {
             return Some(Self { best: first, alternative: first });
         }
         let is_first_better = first.reprojection_error <= second.reprojection_error;
@@ -80,7 +83,7 @@ struct CvPose {
 }
 
 impl CvPose {
-    /// The pose that looks nearly the same: in-plane axes mirrored along the line of sight.
+    /// The second pose, which looks nearly the same: in-plane axes mirrored along the line of sight.
     fn mirrored(&self) -> Self {
         let sight = self.translation.normalize();
         let mirror = |axis: DVec3| axis - 2.0 * axis.dot(sight) * sight;
@@ -104,7 +107,7 @@ impl<'a> Square<'a> {
         Self { corners, points, focal: intrinsics.focal.as_dvec2(), center: intrinsics.center.as_dvec2(), size }
     }
 
-    /// Pose from the map of the unit square onto the corners (closed form, Heckbert 1989).
+    /// Pose from the homography of the unit square to the corners (closed form, Heckbert 1989).
     fn first_guess(&self) -> Option<CvPose> {
         let [p0, p1, p2, p3] = self.corners.map(|corner| (corner - self.center) / self.focal);
         let (d1, d2, s) = (p1 - p2, p3 - p2, p0 - p1 + p2 - p3);
@@ -114,7 +117,7 @@ impl<'a> Square<'a> {
         let along_z = (p3 - p0 + h * p3).extend(h);
         let middle = p0.extend(1.0) + 0.5 * (along_x + along_z);
         let scale = 2.0 * self.size / (along_x.length() + along_z.length());
-        // The directions of both sides, made perpendicular without preferring one.
+        // Make the directions of both sides perpendicular, without preferring one.
         let (x, z) = (along_x.normalize(), along_z.normalize());
         let (sum, difference) = ((x + z).normalize(), (x - z).normalize());
         let (x, z) = ((sum + difference).normalize(), (sum - difference).normalize());
@@ -123,7 +126,8 @@ impl<'a> Square<'a> {
         is_usable.then_some(pose)
     }
 
-    /// Residuals in pixels and their derivatives by a small rotation (about the camera's axes) and translation.
+    /// Sum of squared residuals in pixels, and the normal matrix and gradient for a small rotation (about the camera's
+    /// axes) and translation.
     fn linearize(&self, pose: &CvPose) -> Option<(f64, [[f64; 6]; 6], [f64; 6])> {
         let (mut cost, mut normal, mut gradient) = (0.0, [[0.0; 6]; 6], [0.0; 6]);
         for (point, corner) in self.points.iter().zip(self.corners) {
@@ -153,12 +157,12 @@ impl<'a> Square<'a> {
     }
 
     fn refine(&self, start: CvPose) -> Option<CvPose> {
-        const STEPS: u32 = 30;
-        const ENOUGH: f64 = 1e-12;
+        const MAX_STEPS: u32 = 30;
+        const MIN_COST_DECREASE: f64 = 1e-12;
         let mut pose = start;
         let mut damping = 1e-3;
         let (mut cost, mut normal, mut gradient) = self.linearize(&pose)?;
-        for _ in 0..STEPS {
+        for _ in 0..MAX_STEPS {
             let mut damped = normal;
             for (i, row) in damped.iter_mut().enumerate() {
                 row[i] *= 1.0 + damping;
@@ -176,7 +180,7 @@ impl<'a> Square<'a> {
                     let gain = cost - next_cost;
                     (pose, cost, normal, gradient) = (next, next_cost, next_normal, next_gradient);
                     damping = (damping * 0.2).max(1e-12);
-                    if gain < ENOUGH {
+                    if gain < MIN_COST_DECREASE {
                         break;
                     }
                 }
@@ -186,7 +190,7 @@ impl<'a> Square<'a> {
         Some(pose)
     }
 
-    fn judge(&self, pose: &CvPose) -> MarkerPose {
+    fn to_marker_pose(&self, pose: &CvPose) -> MarkerPose {
         let cost = self.linearize(pose).map_or(f64::MAX, |(cost, ..)| cost);
         // Bevy looks along −Z with +Y up.
         let flip = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
@@ -231,7 +235,8 @@ mod tests {
         Intrinsics { focal: Vec2::new(600.0, 605.0), center: Vec2::new(318.0, 243.0), size: UVec2::new(640, 480) }
     }
 
-    /// Camera above the desk, looking at a marker from a distance and a tilt against its normal, rolled.
+    /// Pose of a camera above the desk that looks at a marker, from its distance, its tilt against the normal, and its
+    /// roll.
     fn view(distance: f32, tilt: f32, roll: f32) -> Isometry3d {
         let eye = Vec3::new(distance * tilt.sin(), distance * tilt.cos(), 0.02);
         let camera = Transform::from_translation(eye).looking_at(Vec3::new(0.01, 0.0, 0.0), Vec3::NEG_Z);
@@ -248,10 +253,10 @@ mod tests {
         })
     }
 
-    fn assert_close(pose: &MarkerPose, truth: &Isometry3d, radians: f32, share: f32) {
+    fn assert_close(pose: &MarkerPose, truth: &Isometry3d, radians: f32, fraction: f32) {
         let turn = pose.camera_from_marker.rotation.angle_between(truth.rotation);
         let shift = pose.camera_from_marker.translation.distance(truth.translation) / truth.translation.length();
-        assert!(turn < radians && shift < share, "off by {turn} rad and {shift} of the distance");
+        assert!(turn < radians && shift < fraction, "off by {turn} rad and {shift} of the distance");
     }
 
     #[test]
@@ -260,7 +265,7 @@ mod tests {
             let truth = view(distance, tilt, roll);
             let found =
                 PoseCandidates::from_corners(&corners(&truth, |_| DVec2::ZERO), &webcam(), SIZE).expect("a pose");
-            // Corners are rounded to single precision by the test's own projection.
+            // The projection of this test rounds corners to single precision.
             assert_close(&found.best, &truth, 2e-3, 1e-3);
             assert!(found.best.reprojection_error < 1e-3);
         }

@@ -1,18 +1,19 @@
-//! Markers to print.
+//! Printable sheets of markers.
 
 use super::{AprilTagDetector, MarkerAnchor, TrackingError};
 use std::fmt::Write;
 
-/// A4 in millimetres.
+/// Width and height of A4 in millimeters.
 const PAGE: (f32, f32) = (210.0, 297.0);
-/// Cells along a side of the black square.
+/// Number of cells along a side of the black square.
 const SQUARE_CELLS: f32 = 8.0;
 
-/// An A4 page with one tag36h11 marker as SVG: the black square in the given size with its white margin, its number, and a
-/// scale bar to check that the printer did not shrink the page.
+/// An A4 page with one tag36h11 marker as SVG: the black square, `size` meters wide, with its white margin, its
+/// number, and a scale bar to check that the printer did not shrink the page.
 ///
 /// # Errors
-/// [`TrackingError::NoSuchMarker`], or [`TrackingError::BadSize`] if the marker does not fit the page.
+/// [`TrackingError::NoSuchMarker`], or [`TrackingError::BadSize`] if the marker does not fit the page; as
+/// [`AprilTagDetector::new`].
 pub fn marker_sheet_svg(id: u32, size: f32) -> Result<String, TrackingError> {
     MarkerAnchor::new(id, size).check()?;
     let cell = size * 1000.0 / SQUARE_CELLS;
@@ -25,11 +26,11 @@ pub fn marker_sheet_svg(id: u32, size: f32) -> Result<String, TrackingError> {
     for (row, cells) in cells.iter().enumerate() {
         for (column, _) in cells.iter().enumerate().filter(|(_, is_white)| !**is_white) {
             let (x, y) = (left + column as f32 * cell, top + row as f32 * cell);
-            // A hair larger than a cell, so that no viewer draws light between neighbors.
+            // Slightly larger than a cell, so that viewers draw no light gaps between neighbors.
             let _ = write!(squares, "M{x:.3} {y:.3}h{0:.3}v{0:.3}h-{0:.3}z", cell + 0.01);
         }
     }
-    let millimetres = size * 1000.0;
+    let millimeters = size * 1000.0;
     let (middle, below) = (0.5 * PAGE.0, top + 10.0 * cell + 12.0);
     Ok(format!(
         r#"<svg xmlns="http://www.w3.org/2000/svg" width="{}mm" height="{}mm" viewBox="0 0 {} {}">
@@ -38,7 +39,7 @@ pub fn marker_sheet_svg(id: u32, size: f32) -> Result<String, TrackingError> {
 <path d="M{middle} {} l3 5h-6z"/>
 <g font-family="sans-serif" font-size="4" text-anchor="middle">
 <text x="{middle}" y="{}">top edge</text>
-<text x="{middle}" y="{below}">tag36h11 number {id}, black square {millimetres} mm. Print at 100 %.</text>
+<text x="{middle}" y="{below}">tag36h11 number {id}, black square {millimeters} mm. Print at 100 %.</text>
 <text x="{middle}" y="{}">This bar is 100 mm long:</text>
 </g>
 <path d="M{} {}h100" stroke="black" stroke-width="0.5"/>

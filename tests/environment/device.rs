@@ -19,7 +19,6 @@ use bevy_mirrorball::{
     camera::FramePixels,
     debug::{MapView, ShownMap},
     materials::SoftPhantomEdges,
-    offscreen,
     prelude::*,
     probe::UniformSky,
 };
@@ -51,11 +50,11 @@ impl Scene {
     const SIZE: UVec2 = UVec2::new(96, 64);
 
     fn new(render: RenderPlugin) -> Option<Self> {
-        let plugins = offscreen::default_plugins().set(render);
+        let plugins = headless::default_plugins().set(render);
         let mut app = gpu::app_with(plugins, |app| {
             app.add_plugins(MirrorballPlugins);
         })?;
-        let (picture, target) = offscreen::add_target(&mut app, Self::SIZE);
+        let (picture, target) = headless::add_target(&mut app, Self::SIZE);
         let gray = FramePixels::new(Self::SIZE, vec![150; 4 * Self::SIZE.element_product() as usize]);
         let feed = CameraFeed::pixels(gray.expect("as many bytes as the size says")).with_pace(FeedPace::Lockstep);
         let intrinsics = Intrinsics { focal: Vec2::splat(80.0), center: 0.5 * Self::SIZE.as_vec2(), size: Self::SIZE };
@@ -89,10 +88,10 @@ impl Scene {
 
     fn shoot(&mut self) -> Vec<u8> {
         for _ in 0..8 {
-            offscreen::update(&mut self.app).expect("rendering goes on");
+            headless::update(&mut self.app).expect("rendering goes on");
         }
-        offscreen::settle(&mut self.app).expect("all shaders compile");
-        offscreen::read_texture(&mut self.app, &self.picture).expect("the picture comes back")
+        headless::settle(&mut self.app).expect("all shaders compile");
+        headless::read_texture(&mut self.app, &self.picture).expect("the picture comes back")
     }
 }
 
@@ -270,6 +269,6 @@ fn an_app_may_be_dropped_while_the_device_is_busy() {
 fn a_texture_that_is_not_there_is_no_endless_wait() {
     let Some(mut app) = gpu::app(|_| ()) else { return };
     let missing = app.world().resource::<Assets<Image>>().reserve_handle();
-    let answer = offscreen::read_texture(&mut app, &missing);
-    assert!(matches!(answer, Err(offscreen::OffscreenError::NoAnswer)), "{answer:?}");
+    let answer = headless::read_texture(&mut app, &missing);
+    assert!(matches!(answer, Err(headless::HeadlessError::NoAnswer)), "{answer:?}");
 }

@@ -8,7 +8,7 @@ use bevy::{
         settings::{RenderCreation, WgpuSettings},
     },
 };
-use bevy_mirrorball::{camera::FramePixels, offscreen, phantom::StageRole, prelude::*, tracking::MarkerTracking};
+use bevy_mirrorball::{camera::FramePixels, headless, phantom::StageRole, prelude::*, tracking::MarkerTracking};
 
 #[test]
 fn without_a_renderer_everything_else_works() {
@@ -16,7 +16,7 @@ fn without_a_renderer_everything_else_works() {
         render_creation: RenderCreation::Automatic(Box::new(WgpuSettings { backends: None, ..default() })),
         ..default()
     };
-    let mut app = offscreen::build_app(offscreen::default_plugins().set(no_renderer), |app| {
+    let mut app = headless::build_app(headless::default_plugins().set(no_renderer), |app| {
         app.add_plugins(MirrorballPlugins);
     })
     .expect("an app without renderer needs no adapter");

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use bevy_mirrorball::{
     debug::{MapView, MapViewPlugin, ShownMap},
     environment_map::{EnvironmentCube, equirect_direction},
-    offscreen,
+    headless,
     prefilter::{FilteredEnvironment, LiveEnvironment, PrefilterPlugin},
 };
 
@@ -22,7 +22,7 @@ fn picture(app: &mut App, map: ShownMap, view: Entity) -> Vec<Vec3> {
         app.update();
     }
     let image = app.world().get::<MapView>(view).expect("it is there").image.clone();
-    let bytes = offscreen::read_texture(app, &image).expect("the picture comes back");
+    let bytes = headless::read_texture(app, &image).expect("the picture comes back");
     let value = |bytes: &[u8]| half::f16::from_le_bytes([bytes[0], bytes[1]]).to_f32();
     bytes.chunks_exact(8).map(|texel| Vec3::new(value(texel), value(&texel[2..]), value(&texel[4..]))).collect()
 }
@@ -35,7 +35,7 @@ fn each_map_is_shown_with_its_directions_in_place() {
         return;
     };
     let source = app.world_mut().resource_mut::<Assets<Image>>().add(sky_cube(64, sky));
-    let (_, target) = offscreen::add_target(&mut app, UVec2::splat(16));
+    let (_, target) = headless::add_target(&mut app, UVec2::splat(16));
     let camera = app.world_mut().spawn((Camera3d::default(), LiveEnvironment::new(source.clone()), target)).id();
     app.world_mut().spawn(EnvironmentCube(source));
     let view = MapView::new(ShownMap::Measured, &mut app.world_mut().resource_mut::<Assets<Image>>());

@@ -53,7 +53,7 @@ fn newest(app: &App, path: &DiagnosticPath) -> Option<f64> {
 }
 
 fn photo() -> CameraFeed {
-    CameraFeed::picture(PHOTO).with_pace(FeedPace::Lockstep)
+    CameraFeed::file(PHOTO).with_pace(FeedPace::Lockstep)
 }
 
 #[test]
@@ -151,7 +151,7 @@ fn the_lighting_age_is_the_time_since_the_capture() {
     }) else {
         return;
     };
-    let (_, target) = bevy_mirrorball::offscreen::add_target(&mut app, UVec2::new(16, 12));
+    let (_, target) = bevy_mirrorball::headless::add_target(&mut app, UVec2::new(16, 12));
     let camera = app.world_mut().spawn((ArCamera::default(), target)).id();
     let gray = || CameraFeed::pixels(FramePixels::new(UVec2::new(8, 6), vec![90; 8 * 6 * 4]).expect("fits"));
     let mut ages = 0;

@@ -8,7 +8,7 @@ use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     environment_map::CubePixels,
     environment_map::EnvironmentCube,
-    offscreen,
+    headless,
     prelude::*,
     probe::{BallView, ClipRecovery, ProbeMeasurement, ProbePlugin, UniformSky},
     tracking::{MarkerState, MarkerTracking},
@@ -103,7 +103,7 @@ fn probing_app(environment: fn(Vec3) -> Vec3) -> Option<(App, Entity)> {
     app.world_mut().spawn((ArCamera::new(INTRINSICS), camera_pose(), Camera { is_active: false, ..default() }, feed));
     let sphere = LightProbeSphere { radius: RADIUS, reflectance: REFLECTANCE, ..Default::default() };
     let probe = app.world_mut().spawn((sphere, Transform::from_translation(BALL))).id();
-    offscreen::settle(&mut app).expect("all shaders compile");
+    headless::settle(&mut app).expect("all shaders compile");
     Some((app, probe))
 }
 

@@ -11,8 +11,8 @@ use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
     environment_map::EnvironmentCube,
     environment_map::{CubePixels, equirect_position},
+    headless,
     lighting::{DeskPicture, MirrorBall},
-    offscreen,
     prelude::*,
     probe::{BallSurface, BallView, ClipRecovery, ProbePlugin},
     unwrap::UnwrapPlugin,
@@ -47,7 +47,7 @@ fn unwrap(picture: &DeskPicture) -> Option<CubePixels> {
     let sphere = LightProbeSphere { radius: ball.radius, reflectance: ball.reflectance, ..default() };
     let recovery = ClipRecovery { is_enabled: false, ..default() };
     let probe = app.world_mut().spawn((sphere, recovery, Transform::from_translation(ball.center))).id();
-    offscreen::settle(&mut app).expect("all shaders compile");
+    headless::settle(&mut app).expect("all shaders compile");
     let cube = app.world().get::<EnvironmentCube>(probe).expect("every probe gets a cube").0.clone();
     Some(cubes::read(&mut app, &cube))
 }

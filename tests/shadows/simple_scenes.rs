@@ -9,7 +9,7 @@ use bevy::{
         renderer::{RenderAdapter, RenderAdapterInfo},
     },
 };
-use bevy_mirrorball::{camera::FramePixels, offscreen, prelude::*, shadows::VisibilitySamples};
+use bevy_mirrorball::{camera::FramePixels, headless, prelude::*, shadows::VisibilitySamples};
 
 /// Largest step between neighboring pixels of a white ball under an even sky, inside of its outline.
 const MAX_JUMP: u8 = 20;
@@ -51,7 +51,7 @@ impl Scene {
         let mut app = gpu::app(|app| {
             app.add_plugins(MirrorballPlugins);
         })?;
-        let (picture, target) = offscreen::add_target(&mut app, SIZE);
+        let (picture, target) = headless::add_target(&mut app, SIZE);
         let gray = FramePixels::new(SIZE, vec![GRAY; 4 * SIZE.element_product() as usize]);
         let feed = CameraFeed::pixels(gray.expect("as many bytes as the size says")).with_pace(FeedPace::Lockstep);
         let pose = Transform::from_translation(EYE).looking_at(Vec3::Y * BALL_RADIUS, Vec3::Y);
@@ -84,10 +84,10 @@ impl Scene {
         self.app.world_mut().entity_mut(self.camera).insert((ArCamera::new(intrinsics(pixels)), msaa));
         self.app.world_mut().entity_mut(self.dome).insert(ShadowDomeLight { samples, ..default() });
         for _ in 0..8 {
-            offscreen::update(&mut self.app).expect("rendering goes on");
+            headless::update(&mut self.app).expect("rendering goes on");
         }
-        offscreen::settle(&mut self.app).expect("all shaders compile");
-        let bytes = offscreen::read_texture(&mut self.app, &self.picture).expect("the picture comes back");
+        headless::settle(&mut self.app).expect("all shaders compile");
+        let bytes = headless::read_texture(&mut self.app, &self.picture).expect("the picture comes back");
         Picture { green: bytes.chunks_exact(4).map(|pixel| pixel[1]).collect() }
     }
 

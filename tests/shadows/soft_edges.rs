@@ -7,8 +7,8 @@ use crate::{
 use bevy::{camera::Hdr, prelude::*};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
+    headless,
     materials::{MaterialsPlugin, SoftPhantomEdges},
-    offscreen,
     phantom::PhantomPlugin,
     prelude::*,
 };
@@ -29,7 +29,7 @@ impl Scene {
         let mut app = gpu::app(|app| {
             app.add_plugins((CameraPlugin, PhantomPlugin, MaterialsPlugin));
         })?;
-        let (picture, target) = offscreen::add_target(&mut app, SIZE);
+        let (picture, target) = headless::add_target(&mut app, SIZE);
         let pixels = [REAL, REAL, REAL, 255].repeat(SIZE.element_product() as usize);
         let pixels = FramePixels::new(SIZE, pixels).expect("as many bytes as the size says");
         let feed = CameraFeed::pixels(pixels).with_pace(FeedPace::Lockstep);
@@ -52,7 +52,7 @@ impl Scene {
         for _ in 0..4 {
             self.app.update();
         }
-        offscreen::read_texture(&mut self.app, &self.picture).expect("the picture comes back")
+        headless::read_texture(&mut self.app, &self.picture).expect("the picture comes back")
     }
 
     fn soften(&mut self, radius: f32) {

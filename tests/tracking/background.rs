@@ -4,7 +4,7 @@ use crate::gpu;
 use bevy::prelude::*;
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
-    offscreen,
+    headless,
     prelude::*,
 };
 
@@ -21,7 +21,7 @@ fn show(picture: FramePixels, view: UVec2, fit: FrameFit) -> Option<Vec<u8>> {
     let mut app = gpu::app(|app| {
         app.add_plugins(CameraPlugin);
     })?;
-    let (image, target) = offscreen::add_target(&mut app, view);
+    let (image, target) = headless::add_target(&mut app, view);
     let clear = Camera { clear_color: Color::srgb_u8(10, 20, 30).into(), ..default() };
     app.world_mut().spawn((
         ArCamera { fit, ..default() },
@@ -32,7 +32,7 @@ fn show(picture: FramePixels, view: UVec2, fit: FrameFit) -> Option<Vec<u8>> {
     // The first update uploads the picture, the second is sure to show it.
     app.update();
     app.update();
-    Some(offscreen::read_texture(&mut app, &image).expect("the picture comes back"))
+    Some(headless::read_texture(&mut app, &image).expect("the picture comes back"))
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::{
 use bevy::{math::DVec2, prelude::*};
 use bevy_mirrorball::{
     camera::FramePixels,
-    tracking::{AprilTagDetector, PoseCandidates, TrackingError, find_markers, marker_sheet_svg},
+    tracking::{AprilTagDetector, PoseCandidates, TrackingError, detect_markers, marker_sheet_svg},
 };
 use std::{fs, path::Path};
 
@@ -70,7 +70,7 @@ fn photograph(marker_from_camera: Isometry3d, aperture: u32) -> FramePixels {
 fn assert_pose_is_recovered(what: &str, camera: Transform, aperture: u32) {
     let truth = camera.to_isometry().inverse();
     let mut detector = AprilTagDetector::new().expect("the AprilTag library of this crate");
-    let markers = find_markers(&mut detector, &photograph(camera.to_isometry(), aperture), &[0]);
+    let markers = detect_markers(&mut detector, &photograph(camera.to_isometry(), aperture), &[0]);
     assert_eq!(markers.iter().map(|marker| marker.id).collect::<Vec<_>>(), [0], "markers found");
     let candidates = PoseCandidates::from_corners(&markers[0].corners, &LENS, SIZE.into()).expect("a pose");
     PoseError::of(&candidates.best, &truth).assert_below(what, DEGREES, DISTANCE_SHARE);

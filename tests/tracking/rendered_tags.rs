@@ -52,8 +52,8 @@ fn camera_from_marker(folder: &Path, id: usize) -> (DQuat, DVec3) {
 
 /// Tags as the detector sees them in coded pixels.
 ///
-/// Not by `find_markers`: this renderer blends edges in coded values, which no lens does. Linear light is the wrong
-/// place to look for such edges: `find_markers` puts the corners 0.7 px too far out here, and the tags 1.6…2.7 % too
+/// Not by `detect_markers`: this renderer blends edges in coded values, which no lens does. Linear light is the wrong
+/// place to look for such edges: `detect_markers` puts the corners 0.7 px too far out here, and the tags 1.6…2.7 % too
 /// near.
 fn find() -> Option<(PathBuf, Vec<DetectedMarker>)> {
     let folder = shared_data::find("markers/visp_apriltag/benchmark/640x480")?;

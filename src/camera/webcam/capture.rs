@@ -227,7 +227,7 @@ fn publish(state: &mut State, result: Result<Captured, DecodeError>, stream: &We
 }
 
 fn panic_text(panic: Box<dyn Any + Send>) -> String {
-    let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+    let text = crate::panic_text::panic_text(&*panic);
     format!("the camera driver's library failed: {}. Another mode or camera may work", text.unwrap_or("without a word"))
 }
 

@@ -74,7 +74,7 @@ pub struct DeviceOptions {
     pub exposure: DeviceExposure,
     /// Shorter exposures that the camera takes in between, as shares of the usual one, above 0 and below 1, which has to be
     /// [`DeviceExposure::Seconds`]. They show how bright lamps are that the usual one clips
-    /// ([`ShorterFrames`](crate::camera::ShorterFrames)) and are not shown. Defaults to none.
+    /// ([`BracketedFrames`](crate::camera::BracketedFrames)) and are not shown. Defaults to none.
     ///
     /// Every two seconds each of them is taken once. Cameras change their exposure some pictures late, so that five pictures for each and
     /// four more are not shown: with one of them at 30 pictures per second the picture stands still for 0.3 s. Turn automatic white balance

@@ -12,7 +12,7 @@ use bevy::{
     math::DVec3,
     prelude::*,
 };
-use bevy_mirrorball::{offscreen, prefilter::FilteredEnvironment};
+use bevy_mirrorball::{headless, prefilter::FilteredEnvironment};
 
 /// Half floats, and texels of a slope.
 const SMOOTH_TOLERANCE: f64 = 2e-3;
@@ -114,7 +114,7 @@ fn white_things_vanish_in_a_white_furnace_whatever_the_exposure() {
         app.world_mut().entity_mut(camera).insert(Exposure { ev100 });
         app.update();
         app.update();
-        let shown = offscreen::read_texture(&mut app, &picture).expect("the picture comes back");
+        let shown = headless::read_texture(&mut app, &picture).expect("the picture comes back");
         let row = |x: usize| shown[4 * (96 * 32 + x)..][..3].to_vec();
         assert_eq!(row(1), [255; 3], "background");
         let middle: Vec<u8> = (14..82).flat_map(row).collect();

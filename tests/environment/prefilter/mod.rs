@@ -15,7 +15,7 @@ use bevy::{
 };
 use bevy_mirrorball::{
     environment_map::CubePixels,
-    offscreen,
+    headless,
     prefilter::{EnvironmentState, FilteredEnvironment, LiveEnvironment, PrefilterPlugin},
 };
 
@@ -36,7 +36,7 @@ fn lit_app(source: Image) -> Option<(App, Entity, Handle<Image>)> {
         app.add_plugins(PrefilterPlugin);
     })?;
     let source = app.world_mut().resource_mut::<Assets<Image>>().add(source);
-    let (picture, target) = offscreen::add_target(&mut app, UVec2::new(96, 64));
+    let (picture, target) = headless::add_target(&mut app, UVec2::new(96, 64));
     let camera = (
         Camera3d::default(),
         Transform::from_xyz(0.0, 0.0, 2.0),
@@ -48,7 +48,7 @@ fn lit_app(source: Image) -> Option<(App, Entity, Handle<Image>)> {
     );
     let camera = app.world_mut().spawn(camera).id();
     // Shaders are loaded in the background, which takes its time on a busy machine.
-    offscreen::update_until(&mut app, "filtering the environment", MAX_WAIT, |app| {
+    headless::update_until(&mut app, "filtering the environment", MAX_WAIT, |app| {
         let state = app.world().get::<EnvironmentState>(camera);
         !matches!(state, Some(EnvironmentState::Live { refreshes: 0, .. } | EnvironmentState::Waiting))
     })

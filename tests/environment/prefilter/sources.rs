@@ -11,7 +11,7 @@ use bevy::{
 };
 use bevy_mirrorball::{
     environment_map::equirect_direction,
-    offscreen,
+    headless,
     prefilter::{EnvironmentState, FilteredEnvironment, LiveEnvironment},
 };
 
@@ -85,7 +85,7 @@ fn an_equirectangular_picture_lights_from_where_it_shows_light() {
 #[test]
 fn what_another_camera_renders_lights_at_once() {
     let Some((mut app, camera, _)) = lit_app(cube(16, |_| DVec3::ONE)) else { return };
-    let (picture, target) = offscreen::add_target(&mut app, UVec2::new(64, 32));
+    let (picture, target) = headless::add_target(&mut app, UVec2::new(64, 32));
     let first = Camera { order: -1, ..default() };
     let other = app.world_mut().spawn((Camera3d::default(), first, Tonemapping::None, Msaa::Off, target)).id();
     app.world_mut().entity_mut(camera).insert(LiveEnvironment::new(picture));

@@ -13,7 +13,7 @@ use bevy::{
     },
     shader::{ShaderCache, ShaderDefVal},
 };
-use bevy_mirrorball::offscreen;
+use bevy_mirrorball::headless;
 use std::path::Path;
 
 /// The shader library has arrived when this many frames of 2 ms bring nothing new.
@@ -120,8 +120,8 @@ struct KeptShader(#[expect(dead_code, reason = "keeps the asset loaded")] Handle
 /// Bevy's shader library, as an app without a renderer loads it.
 fn library() -> App {
     let no_gpu = WgpuSettings { backends: Option::<Backends>::None, ..default() };
-    let plugins = offscreen::default_plugins().set(RenderPlugin { render_creation: no_gpu.into(), ..default() });
-    let mut app = offscreen::build_app(plugins, |_| ()).expect("nothing asks for a GPU");
+    let plugins = headless::default_plugins().set(RenderPlugin { render_creation: no_gpu.into(), ..default() });
+    let mut app = headless::build_app(plugins, |_| ()).expect("nothing asks for a GPU");
     // The only library module that is loaded by the renderer itself.
     let fullscreen = "embedded://bevy_core_pipeline/fullscreen_vertex_shader/fullscreen.wgsl";
     let fullscreen: Handle<Shader> = app.world().resource::<AssetServer>().load(fullscreen);

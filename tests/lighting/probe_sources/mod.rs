@@ -9,7 +9,7 @@ use bevy::prelude::*;
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     environment_map::{CubePixels, EnvironmentCube},
-    offscreen,
+    headless,
     phantom::PhantomPlugin,
     prelude::*,
     probe::{BallView, ClipRecovery, ProbePlugin},
@@ -77,7 +77,7 @@ fn add_ball(app: &mut App) -> Entity {
 
 /// Shaders arrive in their own time, bounds of meshes and cubes a frame later.
 fn settle(app: &mut App) {
-    offscreen::settle(app).expect("all shaders compile");
+    headless::settle(app).expect("all shaders compile");
 }
 
 fn read(app: &mut App) -> CubePixels {

@@ -13,7 +13,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_mirrorball::{
-    camera::srgb_to_linear, materials::MaterialsPlugin, offscreen, phantom::PhantomPlugin, prelude::*,
+    camera::srgb_to_linear, materials::MaterialsPlugin, headless, phantom::PhantomPlugin, prelude::*,
     shadows::ShadowsPlugin,
 };
 
@@ -23,7 +23,7 @@ fn virtual_scene(scale: f32, map: Image, rotation: Quat) -> Option<(App, Handle<
         app.add_plugins((PhantomPlugin, ShadowsPlugin, MaterialsPlugin));
     })?;
     let map = app.world_mut().resource_mut::<Assets<Image>>().add(map);
-    let (picture, target) = offscreen::add_target(&mut app, SIZE);
+    let (picture, target) = headless::add_target(&mut app, SIZE);
     let world = app.world_mut();
     world.spawn(ShadowDomeLight { directions: 256, ..default() });
     let fov = 2.0 * (0.5 * SIZE.y as f32 / INTRINSICS.focal.y).atan();
@@ -51,7 +51,7 @@ fn virtual_scene(scale: f32, map: Image, rotation: Quat) -> Option<(App, Handle<
     let ground = add(world, Plane3d::default().mesh().size(2.0, 2.0).build(), Vec3::ZERO);
     world.entity_mut(ground).insert(NotShadowCaster);
     (0..12).for_each(|_| app.update());
-    let open = Shot(offscreen::read_texture(&mut app, &picture).expect("the picture comes back"));
+    let open = Shot(headless::read_texture(&mut app, &picture).expect("the picture comes back"));
     for thing in things() {
         add(app.world_mut(), thing.mesh(), thing.center);
     }
@@ -69,7 +69,7 @@ fn without_probe_and_phantoms_the_cameras_environment_map_casts_shadows_at_any_s
     for scale in [0.1, 1.0, 20.0] {
         let Some((mut app, picture, open)) = virtual_scene(scale, sky_cube(64, light), rotation) else { return };
         (0..12).for_each(|_| app.update());
-        let furnished = Shot(offscreen::read_texture(&mut app, &picture).expect("the picture comes back"));
+        let furnished = Shot(headless::read_texture(&mut app, &picture).expect("the picture comes back"));
         let (mut sum, mut worst) = (0.0, 0.0f32);
         for (place, expected) in &truth {
             let at = open.at(*place) + 1;

@@ -9,7 +9,7 @@ use bevy::{
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     prelude::*,
 };
-use bevy_mirrorball::{camera::srgb_to_linear, offscreen, prelude::*};
+use bevy_mirrorball::{camera::srgb_to_linear, headless, prelude::*};
 
 /// Rounding to 8 bits, half floats of the filtered sky and its 16² texels.
 pub(crate) const COLOR_TOLERANCE: f32 = 0.02;
@@ -62,7 +62,7 @@ impl Studio {
         let mut app = drawing::app()?;
         load_shaders(&mut app);
         app.insert_resource(ClearColor(BACKGROUND));
-        let (picture, target) = offscreen::add_target(&mut app, SIZE);
+        let (picture, target) = headless::add_target(&mut app, SIZE);
         let projection = OrthographicProjection {
             scaling_mode: bevy::camera::ScalingMode::FixedVertical { viewport_height: 2.0 * EXTENT },
             ..OrthographicProjection::default_3d()
@@ -113,7 +113,7 @@ impl Studio {
         for _ in 0..3 {
             self.app.update();
         }
-        Picture(offscreen::read_texture(&mut self.app, &self.picture).expect("the picture comes back"))
+        Picture(headless::read_texture(&mut self.app, &self.picture).expect("the picture comes back"))
     }
 
     pub(crate) fn count<C: Component>(&mut self) -> usize {

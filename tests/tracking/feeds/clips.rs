@@ -34,11 +34,11 @@ fn a_slow_game_sees_the_newest_picture_and_counts_the_others() {
     // Three and a half pictures an update.
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(350)));
     let camera = app.world_mut().spawn((ArCamera::default(), CameraFeed::clip(folder))).id();
-    assert!(update_until(&mut app, |app| statistics(app, camera).pictures >= 5));
+    assert!(update_until(&mut app, |app| statistics(app, camera).frames >= 5));
     let (statistics, frame) =
         (statistics(&app, camera), app.world().get::<CameraFrame>(camera).expect("plays").clone());
     let start = app.world().resource::<Time<Real>>().elapsed() - frame.captured;
-    assert!(start > Duration::ZERO && statistics.dropped > statistics.pictures, "{statistics:?}");
+    assert!(start > Duration::ZERO && statistics.dropped > statistics.frames, "{statistics:?}");
     assert!((statistics.capture_rate - 10.0).abs() < 0.5, "{statistics:?}");
 }
 
@@ -82,7 +82,7 @@ fn what_is_wrong_with_a_clip_is_said_with_file_and_field() {
         (
             "none_shown",
             r#"{"image": [8, 6], "fps": 10, "exposures": [0.5]}"#,
-            &["clip.json", "exposures", "1 for the pictures that are shown"],
+            &["clip.json", "exposures", "1 for the frames that are shown"],
         ),
         ("bad_json", r#"{"image": [8, 6], "#, &["clip.json", "line 1"]),
         ("no_match", r#"{"image": [8, 6], "fps": 10, "pattern": "g*.png"}"#, &["no_match", "g*.png"]),

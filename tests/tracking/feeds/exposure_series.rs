@@ -4,7 +4,7 @@ use super::search::{Gate, Gated};
 use super::{SIZE, gray, player, state, statistics, update_until, write_clip};
 use bevy::{prelude::*, time::TimeUpdateStrategy};
 use bevy_mirrorball::{
-    camera::{FeedState, FramePixels, ShorterFrames},
+    camera::{FeedState, FramePixels, BracketedFrames},
     prelude::*,
     tracking::{MarkerDetection, TrackingPlugin},
 };
@@ -12,7 +12,7 @@ use std::{path::PathBuf, time::Duration};
 
 /// Shorter exposures beside a camera: each with its brightness.
 fn shorter(app: &App, camera: Entity) -> Vec<(f32, u8)> {
-    let frames = app.world().get::<ShorterFrames>(camera);
+    let frames = app.world().get::<BracketedFrames>(camera);
     frames.iter().flat_map(|frames| frames.iter()).map(|frame| (frame.exposure, frame.pixels.rgb8(3, 3)[1])).collect()
 }
 
@@ -40,9 +40,9 @@ fn shorter_exposures_of_a_clip_are_kept_beside_the_camera_and_never_shown() {
     assert_eq!(seen[4], [(0.25, 20), (0.1, 40)]);
     assert_eq!(seen[6], [(0.25, 70), (0.1, 90)], "the newest of each, in the order of their arrival");
     let statistics = statistics(&app, camera);
-    assert_eq!((statistics.pictures, statistics.shorter, statistics.dropped), (7, 4, 0));
+    assert_eq!((statistics.frames, statistics.bracketed, statistics.dropped), (7, 4, 0));
     let captured: Vec<_> =
-        app.world().get::<ShorterFrames>(camera).expect("arrived").iter().map(|f| f.captured).collect();
+        app.world().get::<BracketedFrames>(camera).expect("arrived").iter().map(|f| f.captured).collect();
     assert_eq!(captured, [700, 900].map(Duration::from_millis), "the recording's own time");
 }
 
@@ -52,12 +52,12 @@ fn a_slow_game_sees_the_newest_picture_of_each_exposure_and_only_usual_ones_coun
     // Two fifths of the pictures of a second are short ones.
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(1000)));
     let camera = app.world_mut().spawn((ArCamera::default(), CameraFeed::clip(write_series("slow_series")))).id();
-    assert!(update_until(&mut app, |app| statistics(app, camera).pictures >= 6));
+    assert!(update_until(&mut app, |app| statistics(app, camera).frames >= 6));
     let statistics = statistics(&app, camera);
     // A picture may be decoded over several updates.
     assert_eq!(shorter(&app, camera).len(), 2);
     assert!([30, 80, 50, 0].contains(&gray(&app, camera).expect("plays")), "{:?}", gray(&app, camera));
-    let delivered = (statistics.pictures + statistics.dropped) as f32;
+    let delivered = (statistics.frames + statistics.dropped) as f32;
     let seconds = app.world().get::<CameraFrame>(camera).expect("plays").captured.as_secs_f32();
     assert!((statistics.capture_rate - 6.0).abs() < 0.7, "{statistics:?}, {delivered} in {seconds} s");
 }

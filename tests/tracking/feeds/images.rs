@@ -10,7 +10,7 @@ use bevy::{
 };
 use bevy_mirrorball::{
     camera::{CameraPlugin, FeedState, FramePixels},
-    offscreen,
+    headless,
     prelude::*,
 };
 
@@ -18,14 +18,14 @@ use bevy_mirrorball::{
 fn a_picture_file_is_decoded_in_the_background() {
     let folder = write_clip("still", SIDECAR, &[("still.png", 77)]);
     let mut app = player();
-    let camera = app.world_mut().spawn((ArCamera::default(), CameraFeed::picture(folder.join("still.png")))).id();
+    let camera = app.world_mut().spawn((ArCamera::default(), CameraFeed::file(folder.join("still.png")))).id();
     assert!(update_until(&mut app, |app| gray(app, camera).is_some()));
     assert_eq!((gray(&app, camera), state(&app, camera)), (Some(77), FeedState::Playing));
     // A wrong name is noticed, the last picture stays, and another feed takes over.
-    app.world_mut().entity_mut(camera).insert(CameraFeed::picture(folder.join("nothing.png")));
+    app.world_mut().entity_mut(camera).insert(CameraFeed::file(folder.join("nothing.png")));
     assert!(update_until(&mut app, |app| matches!(state(app, camera), FeedState::Failed(_))));
     assert_eq!(gray(&app, camera), Some(77));
-    app.world_mut().entity_mut(camera).insert(CameraFeed::picture(folder.join("still.png")));
+    app.world_mut().entity_mut(camera).insert(CameraFeed::file(folder.join("still.png")));
     assert!(update_until(&mut app, |app| state(app, camera) == FeedState::Playing));
 }
 
@@ -42,10 +42,10 @@ fn an_image_of_the_game_is_a_feed_that_follows_its_changes() {
     let image = app.world_mut().resource_mut::<Assets<Image>>().add(solid_image(50, TextureFormat::Rgba8UnormSrgb));
     let camera = app.world_mut().spawn((ArCamera::default(), CameraFeed::image(image.clone()))).id();
     assert!(update_until(&mut app, |app| gray(app, camera) == Some(50)));
-    let pictures = statistics(&app, camera).pictures;
+    let pictures = statistics(&app, camera).frames;
     app.update();
     app.update();
-    assert_eq!(statistics(&app, camera).pictures, pictures, "an unchanged image is no new picture");
+    assert_eq!(statistics(&app, camera).frames, pictures, "an unchanged image is no new picture");
     let change = |app: &mut App, image: &Handle<Image>, to: Image| {
         let mut images = app.world_mut().resource_mut::<Assets<Image>>();
         *images.get_mut(image).expect("exists") = to;
@@ -68,23 +68,23 @@ fn what_another_camera_draws_is_a_feed() {
     }) else {
         return;
     };
-    let (drawn, target) = offscreen::add_target(&mut app, SIZE);
+    let (drawn, target) = headless::add_target(&mut app, SIZE);
     let color = Color::srgb_u8(200, 100, 50);
     let clear = Camera { clear_color: ClearColorConfig::Custom(color), ..default() };
     app.world_mut().spawn((Camera3d::default(), bevy::core_pipeline::tonemapping::Tonemapping::None, clear, target));
-    let (_, target): (_, RenderTarget) = offscreen::add_target(&mut app, SIZE);
+    let (_, target): (_, RenderTarget) = headless::add_target(&mut app, SIZE);
     let camera = app.world_mut().spawn((ArCamera::default(), target, CameraFeed::image(drawn))).id();
     let picture = |app: &App| app.world().get::<CameraFrame>(camera).map(|frame| frame.pixels.rgb8(4, 4));
     let is_seen = update_until(&mut app, |app| picture(app) == Some([200, 100, 50]));
     assert!(is_seen, "{:?}, {:?}", picture(&app), state(&app, camera));
-    assert!(statistics(&app, camera).pictures > 1, "every frame is a new picture");
+    assert!(statistics(&app, camera).frames > 1, "every frame is a new picture");
     // The reader goes with the feed.
     let pixels = FramePixels::new(SIZE, vec![9; 4 * 48]).expect("fits");
     app.world_mut().entity_mut(camera).insert(CameraFeed::pixels(pixels));
     assert!(update_until(&mut app, |app| picture(app) == Some([9, 9, 9])));
-    let pictures = statistics(&app, camera).pictures;
+    let pictures = statistics(&app, camera).frames;
     for _ in 0..5 {
         app.update();
     }
-    assert_eq!(statistics(&app, camera).pictures, pictures);
+    assert_eq!(statistics(&app, camera).frames, pictures);
 }

@@ -1,14 +1,8 @@
-//! The systems that keep camera and anchors where the markers say.
+//! Systems that move the camera and the anchors to the detected markers.
 
-use super::{
-    DetectedMarkers, MarkerAnchor, MarkerDetection, MarkerState, MarkerTracking, PoseCandidates, TrackingError,
-    WorldOrigin,
-};
-use crate::camera::{ArCamera, ArrivingFrame, CameraFrame};
-use bevy::{
-    prelude::*,
-    tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
-};
+use super::{DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking, PoseCandidates, WorldOrigin};
+use crate::camera::{ArCamera, CameraFrame};
+use bevy::prelude::*;
 
 pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<MarkerAnchor>>) {
     for (entity, anchor) in &anchors {
@@ -18,93 +12,13 @@ pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<Mark
     }
 }
 
-/// The numbers that the game's anchors wait for.
-fn wanted_ids<'a>(anchors: impl Iterator<Item = &'a MarkerAnchor>) -> Vec<u32> {
-    anchors.filter(|anchor| anchor.check().is_ok()).map(|anchor| anchor.id).collect()
-}
-
-/// A picture that is being searched for markers in the background.
-#[derive(Component)]
-pub(super) struct RunningDetection(Task<(CameraFrame, DetectedMarkers)>);
-
-type ArrivedCamera = (Entity, &'static ArrivingFrame, Has<RunningDetection>);
-
-/// Lets pictures through together with their markers; one picture of a camera is searched at a time.
-pub(super) fn detect_in_background(
-    mut commands: Commands,
-    detection: Option<Res<MarkerDetection>>,
-    mut running: Query<(Entity, &mut RunningDetection)>,
-    arrived: Query<ArrivedCamera>,
-    anchors: Query<&MarkerAnchor>,
-) {
-    let mut finished = Vec::new();
-    for (camera, mut running) in &mut running {
-        if let Some(found) = check_ready(&mut running.0) {
-            commands.entity(camera).remove::<RunningDetection>().insert(found);
-            finished.push(camera);
-        }
-    }
-    for (camera, arriving, is_running) in &arrived {
-        if is_running && !finished.contains(&camera) {
-            continue;
-        }
-        let frame = arriving.0.clone();
-        let mut camera = commands.entity(camera);
-        camera.remove::<ArrivingFrame>();
-        let Some(detection) = detection.as_deref().cloned() else {
-            camera.insert(frame);
-            continue;
-        };
-        let wanted = wanted_ids(anchors.iter());
-        let search = async move {
-            let (markers, cpu_time) = detection.find(&frame.pixels, &wanted);
-            let detected = DetectedMarkers { sequence: frame.sequence, markers, cpu_time };
-            (frame, detected)
-        };
-        camera.insert(RunningDetection(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(search)));
-    }
-}
-
-type FramedCamera = (Entity, &'static CameraFrame, Option<&'static DetectedMarkers>);
-
-/// Searches pictures that were let through without: those of feeds in lockstep, and those the game inserts itself.
-pub(super) fn detect_markers(
-    mut commands: Commands,
-    detection: Option<Res<MarkerDetection>>,
-    cameras: Query<FramedCamera, With<ArCamera>>,
-    anchors: Query<Ref<MarkerAnchor>>,
-) {
-    let anchors_changed = anchors.iter().any(|anchor| anchor.is_changed());
-    let wanted = wanted_ids(anchors.iter().map(Ref::into_inner));
-    let is_due = |frame: &CameraFrame, last: Option<&DetectedMarkers>| {
-        let Some(last) = last.filter(|last| last.sequence == frame.sequence) else {
-            return true;
-        };
-        // An anchor that came after the picture may be worth the search at full resolution.
-        anchors_changed && wanted.iter().any(|id| last.markers.iter().all(|marker| marker.id != *id))
-    };
-    for (camera, frame, last) in &cameras {
-        if !is_due(frame, last) {
-            continue;
-        }
-        let Some(detection) = &detection else {
-            if !wanted.is_empty() {
-                warn_once!("{}", TrackingError::NoDetector);
-            }
-            return;
-        };
-        let (markers, cpu_time) = detection.find(&frame.pixels, &wanted);
-        commands.entity(camera).insert(DetectedMarkers { sequence: frame.sequence, markers, cpu_time });
-    }
-}
-
 type TrackedAnchor = (Ref<'static, MarkerAnchor>, &'static mut MarkerTracking);
 
 pub(super) fn estimate_poses(
     cameras: Query<(&ArCamera, &CameraFrame, Ref<DetectedMarkers>)>,
     mut anchors: Query<TrackedAnchor>,
 ) {
-    // Several AR cameras need an anchor each; the first one leads.
+    // Only the first AR camera is tracked.
     let Some((ar_camera, frame, detected)) = cameras.iter().next() else {
         return;
     };

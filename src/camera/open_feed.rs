@@ -1,0 +1,115 @@
+//! Opening of feeds: the source behind each kind of feed.
+
+#[cfg(feature = "webcam")]
+use super::webcam::{Captured, Webcam, WebcamStatus};
+use super::{
+    CameraError, CameraFeed, FeedPace, FeedState, FramePixels,
+    bracketing::check_exposure,
+    clip_source::ClipSource,
+    feed::FeedSource,
+    image_feed::{ImageSlot, ImageSource},
+    image_file::{Decoded, Decoding},
+    source::{Arrival, FrameSource, SourceFrame},
+};
+use bevy::prelude::*;
+use std::{path::PathBuf, sync::Arc, time::Duration};
+
+/// Source of a feed that was opened.
+#[derive(Component)]
+pub(super) struct OpenFeed(pub Box<dyn FrameSource>);
+
+/// Opens the source of a feed.
+///
+/// The slot beside it exists for images of the game and receives their pixels.
+pub(super) fn open(feed: &CameraFeed) -> Result<(OpenFeed, Option<ImageSlot>), CameraError> {
+    check_exposure(feed.exposure)?;
+    let source: Box<dyn FrameSource> = match &feed.source {
+        FeedSource::File(path) => Box::new(Still::Unread(path.clone(), feed.pace)),
+        FeedSource::Pixels(pixels) => Box::new(Supplied(Some(pixels.clone()))),
+        FeedSource::Clip(folder) => Box::new(ClipSource::open(folder, feed.pace)?),
+        FeedSource::Image(_) => {
+            let (source, slot) = ImageSource::new();
+            return Ok((OpenFeed(Box::new(source)), Some(slot)));
+        }
+        #[cfg(feature = "webcam")]
+        FeedSource::Device(options) => Box::new(Webcam::open(options.clone())),
+    };
+    Ok((OpenFeed(source), None))
+}
+
+/// Source that delivers a single image file.
+enum Still {
+    Unread(PathBuf, FeedPace),
+    Decoding(Decoding),
+    Read,
+}
+
+impl FrameSource for Still {
+    fn poll(&mut self, now: Duration) -> Arrival {
+        if let Self::Unread(path, pace) = self {
+            if *pace == FeedPace::Live {
+                *self = Self::Decoding(Decoding::start(path.clone()));
+            } else {
+                let decoded = Decoded::from_file(path);
+                *self = Self::Read;
+                return Self::arrival(decoded, now);
+            }
+        }
+        let Self::Decoding(decoding) = self else {
+            return Arrival::default();
+        };
+        let Some(decoded) = decoding.finish() else {
+            return Arrival::default();
+        };
+        *self = Self::Read;
+        Self::arrival(decoded, now)
+    }
+}
+
+impl Still {
+    fn arrival(decoded: Decoded, now: Duration) -> Arrival {
+        match decoded.into_frame(now, None) {
+            Ok(frame) => Arrival { frame: Some(frame), ..default() },
+            Err(error) => Arrival::failed(&error),
+        }
+    }
+}
+
+/// Source that delivers pixels of the game once.
+struct Supplied(Option<Arc<FramePixels>>);
+
+impl FrameSource for Supplied {
+    fn poll(&mut self, now: Duration) -> Arrival {
+        let frame = self.0.take().map(|pixels| SourceFrame {
+            pixels,
+            captured: now,
+            decode_time: Duration::ZERO,
+            intrinsics: None,
+            exposure: 1.0,
+        });
+        Arrival { frame, ..default() }
+    }
+}
+
+#[cfg(feature = "webcam")]
+impl FrameSource for Webcam {
+    fn poll(&mut self, now: Duration) -> Arrival {
+        let state = match self.status() {
+            WebcamStatus::Lost(reason) => Some(FeedState::Lost(reason)),
+            WebcamStatus::Opening | WebcamStatus::Playing(_) => None,
+        };
+        let frame = |captured: Captured| SourceFrame {
+            pixels: Arc::new(captured.pixels),
+            captured: now.saturating_sub(captured.at.elapsed()),
+            decode_time: captured.decode_time,
+            intrinsics: None,
+            exposure: captured.exposure,
+        };
+        let bracketed = self.take_shorter().into_iter().map(frame).collect();
+        let Some(captured) = self.take() else {
+            return Arrival { bracketed, state, ..default() };
+        };
+        let dropped = captured.dropped;
+        Arrival { frame: Some(frame(captured)), bracketed, dropped, state }
+    }
+}

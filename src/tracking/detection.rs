@@ -1,0 +1,129 @@
+//! Detector of a game, and the systems that run it.
+
+use super::{
+    DetectedMarker, DetectedMarkers, MarkerAnchor, MarkerDetector, TrackingError, detect_markers::detect_markers,
+};
+use crate::camera::{ArCamera, ArrivingFrame, CameraFrame, FramePixels};
+use bevy::{
+    prelude::*,
+    tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
+};
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::{Duration, Instant},
+};
+
+/// Marker detector of a game: that of AprilTag, unless the game inserts its own. Runs in the background for live
+/// feeds.
+#[derive(Resource, Clone)]
+pub struct MarkerDetection(Arc<Mutex<dyn MarkerDetector>>);
+
+impl MarkerDetection {
+    /// Wraps a detector of the game.
+    pub fn new(detector: impl MarkerDetector + 'static) -> Self {
+        Self(Arc::new(Mutex::new(detector)))
+    }
+
+    /// The detector that this crate was built with.
+    ///
+    /// # Errors
+    /// [`TrackingError::NoDetector`] without the feature `apriltag`; [`TrackingError::WrongLibrary`] if a system
+    /// library of another version was linked; [`TrackingError::OutOfMemory`] if the library could not allocate.
+    pub fn built_in() -> Result<Self, TrackingError> {
+        #[cfg(feature = "apriltag")]
+        return Ok(Self::new(super::AprilTagDetector::new()?));
+        #[cfg(not(feature = "apriltag"))]
+        Err(TrackingError::NoDetector)
+    }
+
+    /// Runs [`detect_markers`](fn@detect_markers) and measures its time. Waits while a frame of another camera is
+    /// searched.
+    fn detect(&self, frame: &FramePixels, wanted: &[u32]) -> (Vec<DetectedMarker>, Duration) {
+        // A detector that panicked once may work on the next frame.
+        let mut detector = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let started = Instant::now();
+        let markers = detect_markers(&mut *detector, frame, wanted);
+        (markers, started.elapsed())
+    }
+}
+
+/// Numbers of the valid anchors of the game.
+fn wanted_ids<'a>(anchors: impl Iterator<Item = &'a MarkerAnchor>) -> Vec<u32> {
+    anchors.filter(|anchor| anchor.check().is_ok()).map(|anchor| anchor.id).collect()
+}
+
+/// A frame that is being searched for markers in the background.
+#[derive(Component)]
+pub(super) struct RunningDetection(Task<(CameraFrame, DetectedMarkers)>);
+
+type ArrivedCamera = (Entity, &'static ArrivingFrame, Has<RunningDetection>);
+
+/// Publishes live frames together with their markers. Searches one frame of a camera at a time.
+pub(super) fn detect_in_background(
+    mut commands: Commands,
+    detection: Option<Res<MarkerDetection>>,
+    mut running: Query<(Entity, &mut RunningDetection)>,
+    arrived: Query<ArrivedCamera>,
+    anchors: Query<&MarkerAnchor>,
+) {
+    let mut finished = Vec::new();
+    for (camera, mut running) in &mut running {
+        if let Some(found) = check_ready(&mut running.0) {
+            commands.entity(camera).remove::<RunningDetection>().insert(found);
+            finished.push(camera);
+        }
+    }
+    for (camera, arriving, is_running) in &arrived {
+        if is_running && !finished.contains(&camera) {
+            continue;
+        }
+        let frame = arriving.0.clone();
+        let mut camera = commands.entity(camera);
+        camera.remove::<ArrivingFrame>();
+        let Some(detection) = detection.as_deref().cloned() else {
+            camera.insert(frame);
+            continue;
+        };
+        let wanted = wanted_ids(anchors.iter());
+        let search = async move {
+            let (markers, cpu_time) = detection.detect(&frame.pixels, &wanted);
+            let detected = DetectedMarkers { sequence: frame.sequence, markers, cpu_time };
+            (frame, detected)
+        };
+        camera.insert(RunningDetection(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(search)));
+    }
+}
+
+type FramedCamera = (Entity, &'static CameraFrame, Option<&'static DetectedMarkers>);
+
+/// Searches frames that were published without markers: those of feeds in lockstep, and those that the game inserts
+/// itself.
+pub(super) fn detect_at_once(
+    mut commands: Commands,
+    detection: Option<Res<MarkerDetection>>,
+    cameras: Query<FramedCamera, With<ArCamera>>,
+    anchors: Query<Ref<MarkerAnchor>>,
+) {
+    let anchors_changed = anchors.iter().any(|anchor| anchor.is_changed());
+    let wanted = wanted_ids(anchors.iter().map(Ref::into_inner));
+    let is_due = |frame: &CameraFrame, last: Option<&DetectedMarkers>| {
+        let Some(last) = last.filter(|last| last.sequence == frame.sequence) else {
+            return true;
+        };
+        // An anchor that was added after the frame may need the search at full resolution.
+        anchors_changed && wanted.iter().any(|id| last.markers.iter().all(|marker| marker.id != *id))
+    };
+    for (camera, frame, last) in &cameras {
+        if !is_due(frame, last) {
+            continue;
+        }
+        let Some(detection) = &detection else {
+            if !wanted.is_empty() {
+                warn_once!("{}", TrackingError::NoDetector);
+            }
+            return;
+        };
+        let (markers, cpu_time) = detection.detect(&frame.pixels, &wanted);
+        commands.entity(camera).insert(DetectedMarkers { sequence: frame.sequence, markers, cpu_time });
+    }
+}
