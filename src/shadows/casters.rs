@@ -1,10 +1,10 @@
 //! What casts shadows, where it is and what shape it has.
 
-use super::{dome::BoundingSphere, schedule::Movement};
+use super::{bounding_sphere::BoundingSphere, refresh::Movement};
 use crate::phantom::StageRole;
 use bevy::{
     camera::primitives::Aabb,
-    ecs::system::SystemParam,
+    ecs::{query::QueryData, system::SystemParam},
     light::NotShadowCaster,
     math::{Affine2, BVec3A, Vec3A},
     mesh::{
@@ -17,7 +17,7 @@ use bevy::{
 
 /// On a mesh that is cut out by its texture's alpha: how, so that its shadow has the same holes. Put there by the materials.
 #[derive(Component, Clone, Debug, PartialEq)]
-pub(crate) struct Cutout {
+pub(crate) struct AlphaMask {
     pub(crate) texture: Handle<Image>,
     /// Alpha of the material, by which the texture's is multiplied.
     pub(crate) alpha: f32,
@@ -40,7 +40,7 @@ pub(super) struct Caster {
     pub(super) joints: Vec<Mat4>,
     /// Of a mesh with morph targets.
     pub(super) morph_weights: Vec<f32>,
-    pub(super) cutout: Option<Cutout>,
+    pub(super) alpha_mask: Option<AlphaMask>,
 }
 
 /// How casters have moved since the last frame; `None` if not at all.
@@ -64,22 +64,23 @@ pub(super) fn movement(before: &[Caster], now: &[Caster]) -> Option<Movement> {
     Some(movement)
 }
 
-type CasterItem = (
-    Entity,
-    &'static Mesh3d,
-    &'static GlobalTransform,
-    &'static Aabb,
-    &'static StageRole,
-    &'static InheritedVisibility,
-    Option<&'static SkinnedMesh>,
-    Option<&'static MeshMorphWeights>,
-    Option<&'static Cutout>,
-);
+#[derive(QueryData)]
+pub(super) struct CasterData {
+    entity: Entity,
+    mesh: &'static Mesh3d,
+    transform: &'static GlobalTransform,
+    aabb: &'static Aabb,
+    role: &'static StageRole,
+    visibility: &'static InheritedVisibility,
+    skin: Option<&'static SkinnedMesh>,
+    morph: Option<&'static MeshMorphWeights>,
+    alpha_mask: Option<&'static AlphaMask>,
+}
 
 /// Everything that casts.
 #[derive(SystemParam)]
 pub(super) struct Casters<'w, 's> {
-    meshes: Query<'w, 's, CasterItem, Without<NotShadowCaster>>,
+    meshes: Query<'w, 's, CasterData, Without<NotShadowCaster>>,
     transforms: Query<'w, 's, &'static GlobalTransform>,
     morph_weights: Query<'w, 's, &'static MorphWeights>,
     bind_poses: Res<'w, Assets<SkinnedMeshInverseBindposes>>,
@@ -95,8 +96,8 @@ impl Casters<'_, '_> {
                 self.morph_reach.remove(id);
             }
         }
-        let morphed = self.meshes.iter().filter(|item| item.7.is_some());
-        for id in morphed.map(|item| item.1.id()) {
+        let morphed = self.meshes.iter().filter(|item| item.morph.is_some());
+        for id in morphed.map(|item| item.mesh.id()) {
             self.morph_reach.entry(id).or_insert_with(|| morph_reach(self.mesh_data.get(id)));
         }
         self.meshes.iter().filter_map(|item| self.caster(item)).collect()
@@ -108,52 +109,42 @@ impl Casters<'_, '_> {
         weights.iter().zip(reach).map(|(weight, reach)| weight.abs() * reach).sum()
     }
 
-    fn caster(
-        &self,
-        (entity, mesh, transform, aabb, role, visibility, skin, morph, cutout): (
-            Entity,
-            &Mesh3d,
-            &GlobalTransform,
-            &Aabb,
-            &StageRole,
-            &InheritedVisibility,
-            Option<&SkinnedMesh>,
-            Option<&MeshMorphWeights>,
-            Option<&Cutout>,
-        ),
-    ) -> Option<Caster> {
-        let is_phantom = match role {
+    fn caster(&self, item: CasterDataItem) -> Option<Caster> {
+        let is_phantom = match item.role {
             StageRole::Virtual => false,
             StageRole::Phantom(phantom) if phantom.casts => true,
             StageRole::Phantom(_) => return None,
         };
-        if !visibility.get() {
+        if !item.visibility.get() {
             return None;
         }
-        let world_from_local = transform.affine();
-        let morph_weights = match morph {
-            None => vec![],
-            Some(MeshMorphWeights::Value { weights }) => weights.clone(),
-            Some(MeshMorphWeights::Reference(other)) => {
-                self.morph_weights.get(*other).map_or(vec![], |weights| weights.weights().to_vec())
-            }
-        };
-        let aabb = Aabb { half_extents: aabb.half_extents + self.reach(mesh.id(), &morph_weights), ..*aabb };
+        let (mesh, world_from_local) = (item.mesh.id(), item.transform.affine());
+        let morph_weights = item.morph.map_or(vec![], |morph| self.morph_weights(morph));
+        let aabb = Aabb { half_extents: item.aabb.half_extents + self.reach(mesh, &morph_weights), ..*item.aabb };
         let rest = BoundingSphere {
             center: world_from_local.transform_point3a(aabb.center).into(),
-            radius: transform.radius_vec3a(aabb.half_extents),
+            radius: item.transform.radius_vec3a(aabb.half_extents),
         };
-        let (joints, posed) = skin.map_or((vec![], None), |skin| self.joints(skin, &aabb));
+        let (joints, posed) = item.skin.map_or((vec![], None), |skin| self.joints(skin, &aabb));
         Some(Caster {
-            entity,
-            mesh: mesh.id(),
+            entity: item.entity,
+            mesh,
             world_from_local: world_from_local.into(),
             is_phantom,
             sphere: posed.unwrap_or(rest),
             joints,
             morph_weights,
-            cutout: cutout.cloned(),
+            alpha_mask: item.alpha_mask.cloned(),
         })
+    }
+
+    fn morph_weights(&self, morph: &MeshMorphWeights) -> Vec<f32> {
+        match morph {
+            MeshMorphWeights::Value { weights } => weights.clone(),
+            MeshMorphWeights::Reference(other) => {
+                self.morph_weights.get(*other).map_or(vec![], |weights| weights.weights().to_vec())
+            }
+        }
     }
 
     /// The matrices of a skin's joints, and a sphere around the posed mesh. None of both while anything is missing.

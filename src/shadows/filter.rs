@@ -49,7 +49,7 @@ impl ShadowFilter {
     }
 
     /// Tangent of the light's angular radius.
-    pub(super) fn spread(self) -> f32 {
+    pub(super) fn tangent_radius(self) -> f32 {
         match self {
             Self::Pcss { angular_radius } if angular_radius.is_finite() => angular_radius.clamp(0.0, 1.5).tan(),
             _ => 0.0,
@@ -64,14 +64,14 @@ pub struct DomeShader {
     /// Whether there are places for key lights.
     pub(super) has_keys: bool,
     /// Whether light may come from near by.
-    pub(super) has_lenses: bool,
+    pub(super) has_perspective: bool,
 }
 
 impl DomeShader {
     /// The definitions under which `maps.wgsl` does that.
     pub(crate) fn shader_defs(self) -> impl Iterator<Item = ShaderDefVal> {
         let keys = self.has_keys.then(|| "KEY_LIGHTS".into());
-        let spots = self.has_lenses.then(|| "SPOTS".into());
+        let spots = self.has_perspective.then(|| "SPOTS".into());
         [self.filter.shader_def(), keys, spots].into_iter().flatten()
     }
 }

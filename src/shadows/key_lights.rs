@@ -1,6 +1,6 @@
 //! The strongest real lights, which have shadow maps of their own.
 
-use super::{DomeCoverage, dome::BoundingSphere, view::LightView};
+use super::{bounding_sphere::BoundingSphere, dome_light::DomeCoverage, view::LightView};
 use crate::lighting::RealLight;
 use bevy::prelude::*;
 use std::f32::consts::TAU;
@@ -11,7 +11,7 @@ pub(super) struct KeyLight {
     id: u32,
     pub(super) view: LightView,
     /// Towards the light as the environment map shows it, world space.
-    pub(super) seen_in: Vec3,
+    pub(super) direction_in_map: Vec3,
     pub(super) angular_radius: f32,
 }
 
@@ -71,19 +71,18 @@ impl KeySearch<'_> {
     }
 
     fn key(&self, light: &RealLight) -> KeyLight {
-        let spread = light.angular_radius.clamp(0.0, 1.0).tan();
-        let near = light
-            .position
-            .zip(self.measured_from)
-            .and_then(|(position, measured_from)| LightView::near(position, spread, measured_from, self.casters));
-        let view = near.unwrap_or(LightView::parallel(light.direction, spread));
-        KeyLight { id: light.id, view, seen_in: light.direction, angular_radius: light.angular_radius }
+        let tangent_radius = light.angular_radius.clamp(0.0, 1.0).tan();
+        let near = light.position.zip(self.measured_from).and_then(|(position, measured_from)| {
+            LightView::near(position, tangent_radius, measured_from, self.casters)
+        });
+        let view = near.unwrap_or(LightView::parallel(light.direction, tangent_radius));
+        KeyLight { id: light.id, view, direction_in_map: light.direction, angular_radius: light.angular_radius }
     }
 }
 
 impl KeyLight {
     fn is_like(&self, other: &Self) -> bool {
-        let is_still = match (self.view.lens, other.view.lens) {
+        let is_still = match (self.view.perspective, other.view.perspective) {
             (None, None) => true,
             (Some(a), Some(b)) => {
                 (a.half_size, a.near) == (b.half_size, b.near)
@@ -92,7 +91,9 @@ impl KeyLight {
             _ => false,
         };
         let growth = other.angular_radius / self.angular_radius.max(1e-6) - 1.0;
-        is_still && growth.abs() < LEAST_GROWTH && self.seen_in.angle_between(other.seen_in) < LEAST_TURN
+        is_still
+            && growth.abs() < LEAST_GROWTH
+            && self.direction_in_map.angle_between(other.direction_in_map) < LEAST_TURN
     }
 }
 

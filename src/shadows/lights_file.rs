@@ -1,9 +1,9 @@
 //! Directions of a dome from a file (row G1 of the sources): text that names lights, where they are and what they look at.
 
 use super::{
-    DomeCoverage, ShadowDomeLight,
-    dome::Directions,
-    view::{Lens, LightView},
+    directions::Directions,
+    dome_light::{DomeCoverage, ShadowDomeLight},
+    view::{LightView, PerspectiveView},
 };
 use bevy::{
     asset::{AssetLoader, LoadContext, io::Reader},
@@ -177,9 +177,9 @@ impl FileLight {
     fn view(&self, world_from_dome: &GlobalTransform) -> LightView {
         let position = world_from_dome.transform_point(self.position);
         let direction = (position - world_from_dome.transform_point(self.look_at)).normalize_or(Vec3::Y);
-        let lens = (self.kind == FileLightKind::Spot).then(|| {
+        let perspective = (self.kind == FileLightKind::Spot).then(|| {
             let half_height = (0.5 * self.field_of_view.to_radians()).tan();
-            Lens {
+            PerspectiveView {
                 position,
                 up: *world_from_dome.up(),
                 half_size: Vec2::new(half_height * self.aspect, half_height),
@@ -188,7 +188,7 @@ impl FileLight {
                 measured_at: 0.0,
             }
         });
-        LightView { direction, lens, spread: 0.0 }
+        LightView { direction, perspective, tangent_radius: 0.0 }
     }
 }
 
@@ -278,9 +278,9 @@ mod tests {
         let file = LightsFile::parse(&format!("(lights: [{LAMP}])")).expect("valid");
         let dome = Transform::from_xyz(1.0, 0.0, 0.0).with_rotation(Quat::from_rotation_z(-0.5 * std::f32::consts::PI));
         let found = file.views(DomeCoverage::Sphere, &dome.into());
-        let lens = found.views[0].lens.expect("a spot");
+        let perspective = found.views[0].perspective.expect("a spot");
         assert!(found.views[0].direction.distance(Vec3::X) < 1e-6);
-        assert!(lens.position.distance(Vec3::new(2.0, 0.0, 0.0)) < 1e-6);
+        assert!(perspective.position.distance(Vec3::new(2.0, 0.0, 0.0)) < 1e-6);
         assert!(found.directions.shadowed[0].distance(Vec3::Y) < 1e-6);
         assert_eq!(found.directions.below.len(), 0);
     }

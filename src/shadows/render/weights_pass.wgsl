@@ -1,6 +1,6 @@
 // Environment cube → radiance × solid angle of each direction of the dome.
 
-#import bevy_mirrorball::shadows::dome::{DomeWeight, pack_light, unpack_light, unpack_solid_angle}
+#import bevy_mirrorball::shadows::render::dome::{DomeWeight, pack_light, unpack_light, unpack_solid_angle}
 #import bevy_mirrorball::environment_map::cubemap::sample_faces
 
 /// Mirror of `WeightsUniform` in weights_pass.rs.

@@ -3,9 +3,9 @@
 // Definitions: at most one of FILTER_NEAREST, FILTER_GAUSS, FILTER_PCF and FILTER_PCSS; without any, 2 × 2 texels are
 // compared bilinearly. SPOTS: lights may be near.
 
-#define_import_path bevy_mirrorball::shadows::maps
+#define_import_path bevy_mirrorball::shadows::render::maps
 
-#import bevy_mirrorball::shadows::dome::{Axes, Dome, atlas_uv, project, tile_corner, tile_position, unpack_axes}
+#import bevy_mirrorball::shadows::render::dome::{Axes, Dome, atlas_uv, project, tile_corner, tile_position, unpack_axes}
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(100) var atlas: texture_depth_2d;
 @group(#{MATERIAL_BIND_GROUP}) @binding(101) var atlas_sampler: sampler_comparison;
@@ -30,8 +30,8 @@ const NEAREST_GAIN: f32 = 1e3;
 /// gradient, per width of the tile.
 fn compare(corner: vec2f, pos: vec3f, gradient: vec2f) -> f32 {
     let depth = clamp(pos.z, 0.0, 1.0);
-    let texel = 1.0 / (vec2f(dome.counts.zw) * dome.params.x);
-    let center = atlas_uv(dome.counts, corner, 1.0, pos.xy);
+    let texel = 1.0 / (vec2f(dome.atlas_tiles) * dome.tile_resolution);
+    let center = atlas_uv(dome.atlas_tiles, corner, 1.0, pos.xy);
 #ifdef FILTER_NEAREST
     return textureSampleCompareLevel(atlas, atlas_sampler, (floor(center / texel) + 0.5) * texel, depth);
 #else ifdef FILTER_GAUSS
@@ -43,17 +43,17 @@ fn compare(corner: vec2f, pos: vec3f, gradient: vec2f) -> f32 {
     }
     return 0.25 * sum;
 #else ifdef FILTER_PCF
-    let radius = i32(dome.params.y);
+    let radius = i32(dome.filter_radius);
     var sum = 0.0;
     for (var y = -radius; y <= radius; y++) {
         for (var x = -radius; x <= radius; x++) {
             sum += textureSampleCompareLevel(atlas, atlas_sampler, center + vec2f(vec2i(x, y)) * texel, depth);
         }
     }
-    let width = 2.0 * dome.params.y + 1.0;
+    let width = 2.0 * dome.filter_radius + 1.0;
     return sum / (width * width);
 #else ifdef FILTER_PCSS
-    return percentage_closer_soft_shadow(window(corner, 1.0, pos, gradient), dome.params.z);
+    return percentage_closer_soft_shadow(window(corner, 1.0, pos, gradient), dome.tangent_radius);
 #else
     return textureSampleCompareLevel(atlas, atlas_sampler, center, depth);
 #endif
@@ -72,10 +72,10 @@ struct Window {
 }
 
 fn window(corner: vec2f, span: f32, pos: vec3f, gradient: vec2f) -> Window {
-    let texel = 1.0 / (vec2f(dome.counts.zw) * dome.params.x);
-    let tile = span / vec2f(dome.counts.zw);
-    let low = corner / vec2f(dome.counts.zw);
-    let center = atlas_uv(dome.counts, corner, span, pos.xy);
+    let texel = 1.0 / (vec2f(dome.atlas_tiles) * dome.tile_resolution);
+    let tile = span / vec2f(dome.atlas_tiles);
+    let low = corner / vec2f(dome.atlas_tiles);
+    let center = atlas_uv(dome.atlas_tiles, corner, span, pos.xy);
     return Window(center, low + 0.5 * texel, low + tile - 0.5 * texel, tile, texel, clamp(pos.z, 0.0, 1.0), gradient);
 }
 
@@ -134,7 +134,7 @@ struct Aim {
 }
 
 fn has_casters(kind: u32) -> bool {
-    return (dome.served.z & (1u << kind)) != 0u;
+    return (dome.scene_flags & (1u << kind)) != 0u;
 }
 
 fn axes_of(index: u32) -> Axes {
@@ -201,8 +201,8 @@ fn key_visibility(kind: u32, seen: Aim, pos: vec3f, normal: vec3f) -> f32 {
         return 1.0;
     }
     let corner = tile_corner(dome.views[seen.index].corners, kind);
-    let area = window(corner, dome.params.w, pos, depth_gradient(seen, normal));
-    return percentage_closer_soft_shadow(area, dome.views[seen.index].spread);
+    let area = window(corner, dome.key_span, pos, depth_gradient(seen, normal));
+    return percentage_closer_soft_shadow(area, dome.views[seen.index].penumbra_scale);
 }
 
 /// Whether virtual casters may block light of a key light.
@@ -211,16 +211,16 @@ fn key_is_blocked(seen: Aim, normal: vec3f) -> bool {
         return false;
     }
     let corner = tile_corner(dome.views[seen.index].corners, VIRTUAL_CASTERS);
-    let area = window(corner, dome.params.w, seen.pos, depth_gradient(seen, normal));
-    return find_blockers(area, dome.views[seen.index].spread).x > 0.0;
+    let area = window(corner, dome.key_span, seen.pos, depth_gradient(seen, normal));
+    return find_blockers(area, dome.views[seen.index].penumbra_scale).x > 0.0;
 }
 
 /// Position in the tile above a surface from which the surface does not shadow itself.
 fn above_surface(aim: Aim, normal: vec3f, cos_angle: f32) -> vec3f {
     let sin_angle = sqrt(max(1.0 - cos_angle * cos_angle, 0.0));
     // Half the tile's texels are one unit wide.
-    let texels = dome.params.x * select(1.0, dome.params.w, aim.index >= dome.served.w);
-    let units = (SELF_SHADOW_OFFSET + dome.params.y) * 2.0 / texels * (0.2 + 0.8 * sin_angle);
+    let texels = dome.tile_resolution * select(1.0, dome.key_span, aim.index >= dome.first_key);
+    let units = (SELF_SHADOW_OFFSET + dome.filter_radius) * 2.0 / texels * (0.2 + 0.8 * sin_angle);
 #ifdef SPOTS
     if aim.scale < 0.0 {
         // A unit of a spot grows with the distance.

@@ -40,7 +40,7 @@ impl Movement {
 
 /// The directions of a dome and how old their shadow maps are.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Schedule {
+pub(super) struct RefreshSchedule {
     directions: Vec<DirectionAge>,
 }
 
@@ -76,7 +76,7 @@ pub(super) struct Ages {
     pub oldest_main: u32,
 }
 
-impl Schedule {
+impl RefreshSchedule {
     /// A dome whose shadow maps are all still to be drawn.
     pub(super) fn new(directions: impl Iterator<Item = Option<Vec3>>) -> Self {
         Self { directions: directions.map(DirectionAge::new).collect() }
@@ -156,7 +156,7 @@ impl Schedule {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::dome::hemisphere, *};
+    use super::{super::directions::hemisphere, *};
 
     fn moving() -> Option<Movement> {
         let mut movement = Movement::default();
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_still_scene_is_drawn_once() {
-        let mut schedule = Schedule::new(hemisphere(64).map(Some));
+        let mut schedule = RefreshSchedule::new(hemisphere(64).map(Some));
         assert_eq!(schedule.choose(16, &[]).0.len(), 64, "all that was never drawn");
         for _ in 0..5 {
             schedule.advance(None);
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn after_one_movement_each_direction_is_drawn_once_in_the_order_of_energy() {
-        let mut schedule = Schedule::new(hemisphere(64).map(Some));
+        let mut schedule = RefreshSchedule::new(hemisphere(64).map(Some));
         schedule.choose(16, &[]);
         let energies = energies(64, 4);
         let mut drawn = Vec::new();
@@ -202,7 +202,7 @@ mod tests {
     fn while_casters_move_no_main_direction_waits_longer_than_eight_frames() {
         for (count, budget, lamps) in [(64, 16, 0), (64, 4, 5), (256, 16, 0), (256, 16, 20), (1024, 16, 0)] {
             let energies = energies(count, lamps);
-            let mut schedule = Schedule::new(hemisphere(count).map(Some));
+            let mut schedule = RefreshSchedule::new(hemisphere(count).map(Some));
             schedule.choose(budget, &energies);
             let (mut oldest, mut most) = (0, 0);
             for _ in 0..60 {
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn one_that_turns_is_drawn_at_once_besides_the_others_and_a_free_place_never() {
-        let mut schedule = Schedule::new(hemisphere(64).map(Some).chain([None]));
+        let mut schedule = RefreshSchedule::new(hemisphere(64).map(Some).chain([None]));
         assert_eq!(schedule.choose(16, &[]).0.len(), 64);
         for step in 0..40 {
             schedule.turn(64, Some(Vec3::new(0.1 * step as f32, 1.0, 0.0).normalize()));

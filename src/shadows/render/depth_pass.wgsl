@@ -1,6 +1,6 @@
 // Draws casters into the tiles of several directions at once: an instance is a caster seen from one direction.
 
-#import bevy_mirrorball::shadows::dome::{Dome, atlas_uv, project, tile_corner, tile_span}
+#import bevy_mirrorball::shadows::render::dome::{Dome, atlas_uv, project, tile_corner, tile_span}
 
 /// Mirror of `CasterUniform` in depth_pass.rs.
 struct Caster {
@@ -67,10 +67,10 @@ struct Varyings {
 /// Where in the atlas a homogeneous position of a tile is.
 fn clip_position(kind: u32, index: u32, pos: vec4f) -> vec4f {
     let corner = tile_corner(dome.views[index].corners, kind);
-    let span = tile_span(dome.params.w, index, dome.served.w);
+    let span = tile_span(dome.key_span, index, dome.first_key);
     // Of the tile's center and half its size, because divisions by w come later.
-    let center = atlas_uv(dome.counts, corner, span, vec2f(0.0));
-    let half_size = atlas_uv(dome.counts, corner, span, vec2f(1.0)) - center;
+    let center = atlas_uv(dome.atlas_tiles, corner, span, vec2f(0.0));
+    let half_size = atlas_uv(dome.atlas_tiles, corner, span, vec2f(1.0)) - center;
     let uv = center * pos.w + half_size * pos.xy;
     return vec4f(uv.x * 2.0 - pos.w, pos.w - uv.y * 2.0, pos.z, pos.w);
 }

@@ -1,12 +1,12 @@
 // What materials ask for the light that arrives at a fragment: read from the visibility pass where it has seen the surface,
 // summed over the dome where it has not.
 
-#define_import_path bevy_mirrorball::shadows::receive
+#define_import_path bevy_mirrorball::shadows::render::receive
 
 #import bevy_pbr::mesh_view_bindings::view
-#import bevy_mirrorball::shadows::maps::dome
-#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike, first_sample, world_position}
-#import bevy_mirrorball::shadows::visibility::{
+#import bevy_mirrorball::shadows::render::maps::dome
+#import bevy_mirrorball::shadows::render::samples::{IS_PHANTOM, IS_VIRTUAL, alike, first_sample, world_position}
+#import bevy_mirrorball::shadows::render::visibility::{
     brightness_left, has_lamps, phantom_visibility, real_visibility, virtual_visibility,
 }
 #ifdef DEPTH_PREPASS
@@ -43,11 +43,11 @@ fn seen_at() -> vec2f {
 #endif
 
 fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -> Seen {
-    let step = f32(dome.served.x);
+    let step = f32(dome.sample_pixels);
     let place = max((frag_coord.xy - seen_at()) / step, vec2f(0.0));
     let base = floor(place);
     let share = place - base;
-    let last = vec2f(dome.visibility_size.xy) - 1.0;
+    let last = vec2f(dome.visibility_size) - 1.0;
     let distance_to_camera = distance(pos_world, view.world_position);
     var sum = vec4f(0.0);
     var weights = 0.0;
@@ -72,12 +72,12 @@ fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -
 
 /// Whether the visibility samples are this camera's, and of its size as it is now.
 fn is_served() -> bool {
-    let difference = abs(dome.served_clip_from_world[0] - view.unjittered_clip_from_world[0])
-        + abs(dome.served_clip_from_world[1] - view.unjittered_clip_from_world[1])
-        + abs(dome.served_clip_from_world[2] - view.unjittered_clip_from_world[2])
-        + abs(dome.served_clip_from_world[3] - view.unjittered_clip_from_world[3]);
+    let difference = abs(dome.visibility_clip_from_world[0] - view.unjittered_clip_from_world[0])
+        + abs(dome.visibility_clip_from_world[1] - view.unjittered_clip_from_world[1])
+        + abs(dome.visibility_clip_from_world[2] - view.unjittered_clip_from_world[2])
+        + abs(dome.visibility_clip_from_world[3] - view.unjittered_clip_from_world[3]);
     let is_whole = arrayLength(&samples_seen) == dome.visibility_size.x * dome.visibility_size.y;
-    return dome.served.x > 0u && is_whole && dot(difference, vec4f(1.0)) < 1e-4;
+    return dome.sample_pixels > 0u && is_whole && dot(difference, vec4f(1.0)) < 1e-4;
 }
 #endif
 #endif
@@ -124,5 +124,5 @@ fn reflection_ratio(ratio: vec3f, cos_view: f32, perceptual_roughness: f32) -> f
     let share = saturate(dot(ratio, vec3f(0.2126, 0.7152, 0.0722)));
     let roughness = perceptual_roughness * perceptual_roughness;
     let left = saturate(pow(max(cos_view, 0.0) + share, exp2(-16.0 * roughness - 1.0)) - 1.0 + share);
-    return mix(1.0, left, f32(dome.served.y));
+    return mix(1.0, left, f32(dome.occludes_reflections));
 }

@@ -1,6 +1,6 @@
 // What the prepass says of a picture's samples, and when two of them are of the same surface.
 
-#define_import_path bevy_mirrorball::shadows::samples
+#define_import_path bevy_mirrorball::shadows::render::samples
 
 /// Alpha of normals in the prepass: a phantom that receives, one that only hides, a virtual surface.
 const IS_PHANTOM: f32 = 0.0;

@@ -1,83 +1,15 @@
-//! The depth atlas and the buffers that materials read.
+//! The arrangement of shadow maps in the depth atlas.
 
-use super::{DomeShader, FittedDome, ShadowDomeLight, WEIGHT_BYTES, camera::visibility_buffer};
+use super::fitted_dome::FittedDome;
 use bevy::{
     asset::RenderAssetUsages,
     image::{ImageCompareFunction, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
     prelude::*,
-    render::{
-        extract_resource::ExtractResource,
-        render_resource::{BufferUsages, Extent3d, TextureDimension, TextureFormat, TextureUsages},
-        renderer::RenderDevice,
-        storage::ShaderBuffer,
-    },
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
 };
 
 /// Largest edge of the atlas, if the device can do that; every WebGPU device can.
-const MAX_ATLAS_EDGE: u32 = 8192;
-
-/// Where materials and the visibility pass bind the atlas, its sampler, the views and the weights.
-pub(super) const SHADOW_BINDINGS: [u32; 4] = [100, 101, 102, 103];
-
-/// What materials have to follow: they are made anew when it changes.
-pub(crate) type DomeIdentity = (AssetId<Image>, AssetId<ShaderBuffer>, DomeShader);
-
-/// What materials bind to find out which share of the light arrives at a point; see `visibility.wgsl`.
-///
-/// The handles change only with the dome's settings. All contents are written on the GPU side.
-#[derive(Resource, ExtractResource, Clone, Debug)]
-pub struct DomeTextures {
-    /// Depth atlas, 32-bit float, reversed depth (1 is nearest to the light, 0 nothing), with a comparison sampler.
-    pub atlas: Handle<Image>,
-    /// The views of all directions (`Dome` in dome.wgsl).
-    pub views: Handle<ShaderBuffer>,
-    /// Radiance × solid angle of every direction in linear camera units (`DomeWeight` in dome.wgsl): those with shadow maps,
-    /// key lights, those without, then `L_p`.
-    pub weights: Handle<ShaderBuffer>,
-    /// What the visibility pass has seen, row by row, four 16-bit floats each: red, green and blue share of the light that arrives,
-    /// and 1. A buffer, since the textures of Bevy's materials and of this crate would not fit WebGPU's limit of 16.
-    pub visibility: Handle<ShaderBuffer>,
-    pub(super) visibility_size: UVec2,
-    pub(crate) shader: DomeShader,
-    pub(super) layout: AtlasLayout,
-}
-
-impl FromWorld for DomeTextures {
-    fn from_world(world: &mut World) -> Self {
-        let layout = AtlasLayout::new(1, 0, 1, MAX_ATLAS_EDGE);
-        let mut images = world.resource_mut::<Assets<Image>>();
-        let atlas = images.add(layout.image());
-        let visibility_size = UVec2::ONE;
-        let mut buffers = world.resource_mut::<Assets<ShaderBuffer>>();
-        let most = (2 * ShadowDomeLight::MAX_DIRECTIONS + ShadowDomeLight::MAX_KEY_LIGHTS) as usize;
-        let mut buffer = |size| {
-            let mut buffer = ShaderBuffer::new(&vec![0; size], RenderAssetUsages::RENDER_WORLD);
-            buffer.buffer_description.usage |= BufferUsages::COPY_SRC;
-            buffers.add(buffer)
-        };
-        let (views, weights) = (buffer(VIEWS_HEADER + VIEW_BYTES * most), buffer(WEIGHT_BYTES * (most + 1)));
-        Self {
-            atlas,
-            views,
-            weights,
-            visibility: buffers.add(visibility_buffer(visibility_size)),
-            visibility_size,
-            shader: DomeShader::default(),
-            layout,
-        }
-    }
-}
-
-impl DomeTextures {
-    pub(crate) fn identity(&self) -> DomeIdentity {
-        (self.atlas.id(), self.visibility.id(), self.shader)
-    }
-}
-
-/// Bytes of `Dome` in dome.wgsl before its views.
-pub(super) const VIEWS_HEADER: usize = 4 * 16 + 64;
-/// Bytes of `DomeView` in dome.wgsl.
-const VIEW_BYTES: usize = 48;
+pub(super) const MAX_ATLAS_EDGE: u32 = 8192;
 
 /// Tiles that a key light's shadow map takes up in width and height.
 pub(super) const KEY_SPAN: u32 = 2;
@@ -106,6 +38,11 @@ impl AtlasLayout {
         Self { directions, keys, resolution, columns, rows }
     }
 
+    /// Whether there is a tile for every shadow map of a dome.
+    pub(super) fn fits(&self, dome: &FittedDome) -> bool {
+        (self.directions, self.keys) == (dome.direction_count(), dome.keys.len() as u32)
+    }
+
     /// All shadow maps: those of directions, then those of key lights.
     pub(super) fn shadow_maps(&self) -> u32 {
         self.directions + self.keys
@@ -131,7 +68,7 @@ impl AtlasLayout {
         if index < self.directions { self.resolution } else { KEY_SPAN * self.resolution }
     }
 
-    fn image(&self) -> Image {
+    pub(super) fn image(&self) -> Image {
         let extent = Extent3d {
             width: self.columns * self.resolution,
             height: self.rows * self.resolution,
@@ -148,30 +85,6 @@ impl AtlasLayout {
             ..default()
         });
         image
-    }
-}
-
-pub(super) fn fit_textures(
-    mut textures: ResMut<DomeTextures>,
-    mut images: ResMut<Assets<Image>>,
-    domes: Query<&ShadowDomeLight>,
-    fitted: Res<FittedDome>,
-    device: Res<RenderDevice>,
-) {
-    let Some(dome) = domes.iter().next() else {
-        return;
-    };
-    let (directions, keys) = (fitted.direction_count(), fitted.keys.len() as u32);
-    if directions == 0 {
-        return;
-    }
-    let max_edge = device.limits().max_texture_dimension_2d.min(MAX_ATLAS_EDGE);
-    let layout = AtlasLayout::new(directions, keys, dome.resolution.clamp(32, 1024), max_edge);
-    let has_lenses = keys > 0 || fitted.file_views.iter().any(|view| view.lens.is_some());
-    textures.shader = DomeShader { filter: dome.filter.kind(), has_keys: keys > 0, has_lenses };
-    if textures.layout != layout {
-        textures.atlas = images.add(layout.image());
-        textures.layout = layout;
     }
 }
 

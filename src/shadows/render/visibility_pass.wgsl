@@ -5,9 +5,9 @@
 // *Interleaved sampling*). Key lights, whose shadows have edges, are looked at in each.
 
 #import bevy_render::view::View
-#import bevy_mirrorball::shadows::maps::dome
-#import bevy_mirrorball::shadows::samples::{IS_PHANTOM, IS_VIRTUAL, alike, first_sample, world_position}
-#import bevy_mirrorball::shadows::visibility::{
+#import bevy_mirrorball::shadows::render::maps::dome
+#import bevy_mirrorball::shadows::render::samples::{IS_PHANTOM, IS_VIRTUAL, alike, first_sample, world_position}
+#import bevy_mirrorball::shadows::render::visibility::{
     Ranks, Tally, brightness_left, has_lamps, luminance, phantom_factor, phantom_keys, phantom_tally,
     phantom_visibility, real_visibility, sum_of, surface_factor, surface_keys, surface_tally, virtual_visibility,
 }
@@ -59,7 +59,7 @@ struct Surface {
 }
 
 fn surface_at(sample: vec2u) -> Surface {
-    let pixel = vec2i(sample * dome.served.x);
+    let pixel = vec2i(sample * dome.sample_pixels);
     let depth = textureLoad(depths, pixel, 0);
     let facing = textureLoad(normals, pixel, 0);
     // What was drawn there says the normal's alpha.
@@ -148,7 +148,7 @@ fn gather_tallies(sample: vec2u, here: Surface) -> Gathered {
 
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= dome.visibility_size.xy) {
+    if any(id.xy >= dome.visibility_size) {
         return;
     }
     let here = surface_at(id.xy);
@@ -176,7 +176,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
 #ifndef GATHER
 @compute @workgroup_size(8, 8)
 fn see(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= dome.visibility_size.xy) {
+    if any(id.xy >= dome.visibility_size) {
         return;
     }
     let here = surface_at(id.xy);

@@ -2,10 +2,10 @@
 //
 // Definitions: those of maps.wgsl, and KEY_LIGHTS: there may be some.
 
-#define_import_path bevy_mirrorball::shadows::visibility
+#define_import_path bevy_mirrorball::shadows::render::visibility
 
-#import bevy_mirrorball::shadows::dome::{DomeWeight, unpack_light, unpack_solid_angle}
-#import bevy_mirrorball::shadows::maps::{
+#import bevy_mirrorball::shadows::render::dome::{DomeWeight, unpack_light, unpack_solid_angle}
+#import bevy_mirrorball::shadows::render::maps::{
     Aim, PHANTOM_CASTERS, VIRTUAL_CASTERS, above_surface, aim, axes_of, dome, has_casters, key_is_blocked, key_visibility,
     light_at, visibility,
 }
@@ -21,11 +21,11 @@ const FULLY_VISIBLE: f32 = 0.999;
 
 /// The directions worth a look at their shadow maps come first: how many, and which is the one at a rank.
 fn bright_directions() -> u32 {
-    return min(weights[dome.counts.y].ranked, dome.counts.x);
+    return min(weights[dome.direction_count].ranked, dome.shadow_map_count);
 }
 
 fn direction_at(rank: u32) -> u32 {
-    if rank < dome.counts.x {
+    if rank < dome.shadow_map_count {
         return weights[rank].ranked;
     }
     return rank;
@@ -47,7 +47,7 @@ fn is_in_virtual_shadow(pos_world: vec3f, normal: vec3f) -> bool {
         }
     }
 #ifdef KEY_LIGHTS
-    for (var key = dome.served.w; key < dome.counts.x; key++) {
+    for (var key = dome.first_key; key < dome.shadow_map_count; key++) {
         let ray = look(key, pos_world, normal);
         if ray.cos_angle > 0.0 && key_is_blocked(ray.seen, normal) {
             return true;
@@ -85,7 +85,7 @@ const ALL: Ranks = Ranks(0u, 1u);
 
 fn is_key(index: u32) -> bool {
 #ifdef KEY_LIGHTS
-    return index >= dome.served.w && index < dome.counts.x;
+    return index >= dome.first_key && index < dome.shadow_map_count;
 #else
     return false;
 #endif
@@ -115,7 +115,7 @@ fn phantom_share(ray: Look, past_phantoms: f32, past_virtual: f32) -> Tally {
 fn phantom_tally(pos_world: vec3f, normal: vec3f, ranks: Ranks) -> Tally {
     let bright = bright_directions();
     var total = Tally();
-    for (var rank = ranks.first; rank < dome.counts.y; rank += ranks.step) {
+    for (var rank = ranks.first; rank < dome.direction_count; rank += ranks.step) {
         let index = direction_at(rank);
         let ray = look(index, pos_world, normal);
         if is_key(index) || ray.cos_angle <= 0.0 {
@@ -136,7 +136,7 @@ fn phantom_tally(pos_world: vec3f, normal: vec3f, ranks: Ranks) -> Tally {
 fn phantom_keys(pos_world: vec3f, normal: vec3f) -> Tally {
     var total = Tally();
 #ifdef KEY_LIGHTS
-    for (var key = dome.served.w; key < dome.counts.x; key++) {
+    for (var key = dome.first_key; key < dome.shadow_map_count; key++) {
         let ray = look(key, pos_world, normal);
         if ray.cos_angle > 0.0 {
             let above = above_surface(ray.seen, normal, ray.cos_angle);
@@ -168,7 +168,7 @@ fn surface_share(index: u32, ray: Look, normal: vec3f, past_phantoms: f32, past_
     let weight = weights[index];
     // The environment map has all its lights far away.
     let before = unpack_light(weight) * max(dot(normal, ray.seen.axes.direction), 0.0);
-    let hidden = unpack_light(weights[dome.counts.y]) * unpack_solid_angle(weight);
+    let hidden = unpack_light(weights[dome.direction_count]) * unpack_solid_angle(weight);
     let open = mix(hidden, ray.light, past_phantoms);
     return Tally(before, open * (past_virtual * max(ray.cos_angle, 0.0)), 0.0);
 }
@@ -177,7 +177,7 @@ fn surface_share(index: u32, ray: Look, normal: vec3f, past_phantoms: f32, past_
 fn surface_tally(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: Ranks) -> Tally {
     let bright = bright_directions();
     var total = Tally();
-    for (var rank = ranks.first; rank < dome.counts.y; rank += ranks.step) {
+    for (var rank = ranks.first; rank < dome.direction_count; rank += ranks.step) {
         let index = direction_at(rank);
         if is_key(index) {
             continue;
@@ -200,7 +200,7 @@ fn surface_tally(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: Ranks) -
 fn surface_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> Tally {
     var total = Tally();
 #ifdef KEY_LIGHTS
-    for (var key = dome.served.w; key < dome.counts.x; key++) {
+    for (var key = dome.first_key; key < dome.shadow_map_count; key++) {
         let ray = look(key, pos_world, normal);
         var past = vec2f(1.0);
         if ray.cos_angle > 0.0 {

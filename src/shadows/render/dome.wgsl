@@ -1,8 +1,8 @@
 // Layout of the dome's views, shared by the pass that draws shadow maps and by everything that reads them.
 
-#define_import_path bevy_mirrorball::shadows::dome
+#define_import_path bevy_mirrorball::shadows::render::dome
 
-/// Mirror of `ViewUniform` in view.rs. Packed: every invocation reads one per direction.
+/// Mirror of `DomeViewUniform` in `view.rs`. Packed: every invocation reads one per direction.
 struct DomeView {
     /// Vectors to the right and upwards across the tile, six components as signed 16-bit fractions. Unit vectors whose cross
     /// product points towards the light; of a spot only as long as the tile's shape asks for.
@@ -18,7 +18,7 @@ struct DomeView {
     /// Of a spot: its depth is the first ÷ distance + the second.
     depth: vec2f,
     /// Of a key light: radius of penumbras in tile widths, per unit of depth.
-    spread: f32,
+    penumbra_scale: f32,
     /// Of a key light that is near: metres from it to where its light was measured; 0 for others.
     measured_at: f32,
 }
@@ -31,20 +31,34 @@ struct Axes {
     direction: vec3f,
 }
 
-/// Mirror of `DomeUniform` in extract.rs.
+/// Mirror of `DomeUniform` in `prepare_views.rs`.
 struct Dome {
-    /// Directions with shadow maps (key lights are the last of them), all directions, columns and rows of the atlas.
-    counts: vec4u,
-    /// Width of a tile and radius of the filter in texels, tangent of a light's angular radius, width of a key light's tile in
-    /// ordinary ones.
-    params: vec4f,
-    /// The camera whose visibility is in a texture: pixels across one of its samples (0 for no camera). Then 1 if reflections
-    /// are occluded, too. Then whether there are virtual casters (1) and phantoms (2) in the atlas, and lamps of the engine (4). Then the first key light.
-    served: vec4u,
-    /// Columns and rows of its samples.
-    visibility_size: vec4u,
-    /// That camera's matrix, without jitter.
-    served_clip_from_world: mat4x4f,
+    /// Number of shadow maps: those of directions, then those of key lights.
+    shadow_map_count: u32,
+    /// Number of all directions: those with shadow maps, key lights, and those below the horizon.
+    direction_count: u32,
+    /// Columns and rows of the atlas in tiles.
+    atlas_tiles: vec2u,
+    /// Width of a tile in texels.
+    tile_resolution: f32,
+    /// Radius of the filter in texels.
+    filter_radius: f32,
+    /// Tangent of the angular radius of a direction's light.
+    tangent_radius: f32,
+    /// Width of a key light's tile in ordinary tiles.
+    key_span: f32,
+    /// Pixels across one sample of the camera with a visibility pass; 0 without such a camera.
+    sample_pixels: u32,
+    /// 1 if reflections are occluded, too; otherwise 0.
+    occludes_reflections: u32,
+    /// Bits: 1 if there are virtual casters in the atlas, 2 if there are phantoms, 4 if the scene has lamps of the engine.
+    scene_flags: u32,
+    /// Index of the first key light.
+    first_key: u32,
+    /// Columns and rows of samples of the camera with a visibility pass.
+    visibility_size: vec2u,
+    /// Matrix of that camera, without jitter.
+    visibility_clip_from_world: mat4x4f,
     views: array<DomeView>,
 }
 
@@ -109,6 +123,6 @@ fn tile_span(key_span: f32, index: u32, first_key: u32) -> f32 {
 }
 
 /// Texture coordinates in the atlas of a position in a tile.
-fn atlas_uv(counts: vec4u, corner: vec2f, span: f32, pos_tile: vec2f) -> vec2f {
-    return (corner + span * (pos_tile * vec2f(0.5, -0.5) + 0.5)) / vec2f(counts.zw);
+fn atlas_uv(atlas_tiles: vec2u, corner: vec2f, span: f32, pos_tile: vec2f) -> vec2f {
+    return (corner + span * (pos_tile * vec2f(0.5, -0.5) + 0.5)) / vec2f(atlas_tiles);
 }
