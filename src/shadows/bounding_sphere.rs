@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 /// The last fitted sphere is kept while the casters fill at least this share of its radius.
-const KEEP_FILL: f32 = 0.7;
+const MIN_KEPT_FILL: f32 = 0.7;
 /// Spheres have radii that are powers of this, so that casters may grow a little before they leave theirs and the texels of
 /// shadow maps keep their size.
 const RADIUS_STEP: f32 = 1.125;
@@ -30,7 +30,7 @@ impl BoundingSphere {
         match last {
             Some(last)
                 if last.center.distance(self.center) + self.radius <= last.radius
-                    && self.radius >= KEEP_FILL * last.radius =>
+                    && self.radius >= MIN_KEPT_FILL * last.radius =>
             {
                 last
             }

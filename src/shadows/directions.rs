@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// Golden angle in radians: successive points of a Fibonacci lattice are this far apart in azimuth.
 const GOLDEN_ANGLE: f32 = 2.399_963_2;
 /// Fewest directions below the horizon of a dome whose directions are given.
-const LEAST_BELOW: u32 = 16;
+const MIN_BELOW_DIRECTIONS: u32 = 16;
 
 /// Unit directions on the hemisphere around +Y, each standing for the same solid angle 2π/count (Fibonacci lattice). A single
 /// one points up.
@@ -55,7 +55,7 @@ impl Directions {
     /// Given ones; below them as many are spread as they are, or more.
     pub(super) fn given(coverage: DomeCoverage, shadowed: Arc<[Vec3]>) -> Self {
         let below = match coverage {
-            DomeCoverage::Hemisphere => Self::spread(coverage, (shadowed.len() as u32).max(LEAST_BELOW)).below,
+            DomeCoverage::Hemisphere => Self::spread(coverage, (shadowed.len() as u32).max(MIN_BELOW_DIRECTIONS)).below,
             DomeCoverage::Sphere => Arc::default(),
         };
         Self { shadowed, below }

@@ -44,7 +44,7 @@ impl DomeScene<'_, '_> {
         last: &[Option<KeyLight>],
     ) -> Vec<Option<KeyLight>> {
         let search = KeySearch {
-            places: dome.key_lights.min(ShadowDomeLight::MAX_KEY_LIGHTS),
+            slots: dome.key_lights.min(ShadowDomeLight::MAX_KEY_LIGHTS),
             directions: directions.shadowed.len() as u32,
             coverage: dome.coverage,
             up,

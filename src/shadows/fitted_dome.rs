@@ -88,7 +88,7 @@ impl Refreshing {
         }
         self.schedule.advance(casters::movement(&old.casters, &new.casters));
         for index in (first_key..all).filter(|index| new.view(*index) != old.view(*index)) {
-            self.schedule.turn(index as usize, direction(index));
+            self.schedule.replace(index as usize, direction(index));
         }
     }
 }

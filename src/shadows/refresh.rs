@@ -3,16 +3,16 @@
 use bevy::prelude::*;
 
 /// The directions that together make this share of the energy are the main ones.
-const MAIN_ENERGY: f32 = 0.9;
+const MAIN_ENERGY_FRACTION: f32 = 0.9;
 /// No main direction shows casters where they were more than this many frames ago.
-const LONGEST_WAIT: u32 = 8;
+const MAX_MAIN_AGE: u32 = 8;
 
 /// How casters have moved from one frame to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Movement {
     /// Sum of Δ Δᵀ over the movements of centers, in m².
     moment: Mat3,
-    /// Sum of the squared radii of what has turned, bent, come or gone, in m².
+    /// Sum of the squared radii of what has replaced, bent, come or gone, in m².
     reshaped: f32,
 }
 
@@ -58,7 +58,7 @@ impl DirectionAge {
     /// Of a shadow map that was never drawn.
     fn new(direction: Option<Vec3>) -> Self {
         match direction {
-            Some(_) => Self { direction, age: LONGEST_WAIT, movement: f32::MAX },
+            Some(_) => Self { direction, age: MAX_MAIN_AGE, movement: f32::MAX },
             None => Self { direction, age: 0, movement: 0.0 },
         }
     }
@@ -83,9 +83,9 @@ impl RefreshSchedule {
     }
 
     /// Gives one of the directions up for another, for the same one seen anew or for none.
-    pub(super) fn turn(&mut self, index: usize, direction: Option<Vec3>) {
-        if let Some(turned) = self.directions.get_mut(index) {
-            *turned = DirectionAge::new(direction);
+    pub(super) fn replace(&mut self, index: usize, direction: Option<Vec3>) {
+        if let Some(replaced) = self.directions.get_mut(index) {
+            *replaced = DirectionAge::new(direction);
         }
     }
 
@@ -114,7 +114,7 @@ impl RefreshSchedule {
         let total: f32 = order.iter().map(|&i| energy(i)).sum();
         let mut sum = 0.0;
         let is_needed = |i: &usize| {
-            let needed = sum < MAIN_ENERGY * total;
+            let needed = sum < MAIN_ENERGY_FRACTION * total;
             sum += energy(*i);
             needed
         };
@@ -131,7 +131,7 @@ impl RefreshSchedule {
         let mut waiting: Vec<usize> =
             main.iter().copied().filter(|&i| self.directions[i].was_drawn() && self.directions[i].age > 0).collect();
         waiting.sort_by_key(|&i| std::cmp::Reverse(self.directions[i].age));
-        waiting.truncate(main.len().div_ceil(LONGEST_WAIT as usize));
+        waiting.truncate(main.len().div_ceil(MAX_MAIN_AGE as usize));
         chosen.extend(waiting);
         let priority = |i: usize| {
             let DirectionAge { age, movement, .. } = self.directions[i];
@@ -212,8 +212,8 @@ mod tests {
                 most = most.max(chosen.len());
             }
             println!("{count} directions, {lamps} lamps, budget {budget}: up to {most} a frame, oldest {oldest}");
-            assert!(oldest <= LONGEST_WAIT);
-            assert!(most <= (budget as usize).max(count.div_ceil(LONGEST_WAIT) as usize));
+            assert!(oldest <= MAX_MAIN_AGE);
+            assert!(most <= (budget as usize).max(count.div_ceil(MAX_MAIN_AGE) as usize));
         }
     }
 
@@ -222,15 +222,15 @@ mod tests {
         let mut schedule = RefreshSchedule::new(hemisphere(64).map(Some).chain([None]));
         assert_eq!(schedule.choose(16, &[]).0.len(), 64);
         for step in 0..40 {
-            schedule.turn(64, Some(Vec3::new(0.1 * step as f32, 1.0, 0.0).normalize()));
+            schedule.replace(64, Some(Vec3::new(0.1 * step as f32, 1.0, 0.0).normalize()));
             schedule.advance(moving());
             let (chosen, ages) = schedule.choose(16, &[]);
             assert!(
-                chosen.contains(&64) && chosen.len() == 17 && ages.oldest_main <= LONGEST_WAIT,
+                chosen.contains(&64) && chosen.len() == 17 && ages.oldest_main <= MAX_MAIN_AGE,
                 "{chosen:?} {ages:?}"
             );
         }
-        schedule.turn(64, None);
+        schedule.replace(64, None);
         schedule.advance(moving());
         let (chosen, ages) = schedule.choose(u32::MAX, &[]);
         assert!(chosen.len() == 64 && ages.outdated == 0);

@@ -31,10 +31,10 @@ pub(super) struct PerspectiveView {
 }
 
 /// The nearest that casters of a near light are looked for, as a share of the farthest.
-const LEAST_NEAR: f32 = 0.02;
+const MIN_NEAR_FRACTION: f32 = 0.02;
 /// A light nearer to the center of the casters than this, in radii of their sphere, is taken as far away: one picture cannot
 /// see them all.
-const LEAST_DISTANCE: f32 = 1.2;
+const MIN_LAMP_DISTANCE: f32 = 1.2;
 
 impl LightView {
     /// Of parallel light.
@@ -53,7 +53,7 @@ impl LightView {
         let casters = casters?;
         let (direction, distance) = (position - casters.center).normalize_and_length();
         let radius = 1.05 * casters.radius;
-        if !distance.is_finite() || distance < LEAST_DISTANCE * radius {
+        if !distance.is_finite() || distance < MIN_LAMP_DISTANCE * radius {
             return None;
         }
         let far = distance + radius;
@@ -61,7 +61,7 @@ impl LightView {
             position,
             up: direction.any_orthonormal_vector(),
             half_size: Vec2::splat((radius / distance).asin().tan()),
-            near: (distance - radius).max(LEAST_NEAR * far),
+            near: (distance - radius).max(MIN_NEAR_FRACTION * far),
             far,
             measured_at: position.distance(measured_from),
         };

@@ -38,8 +38,8 @@ struct MorphDisplacement {
 @group(1) @binding(0) var<storage, read> morph_displacements: array<MorphDisplacement>;
 #endif
 #ifdef CUT_OUT
-@group(#{CUTOUT_GROUP}) @binding(0) var cutout: texture_2d<f32>;
-@group(#{CUTOUT_GROUP}) @binding(1) var cutout_sampler: sampler;
+@group(#{CUTOUT_GROUP}) @binding(0) var mask_texture: texture_2d<f32>;
+@group(#{CUTOUT_GROUP}) @binding(1) var mask_sampler: sampler;
 #endif
 
 struct Vertex {
@@ -111,7 +111,7 @@ fn vertex(in: Vertex) -> Varyings {
 @fragment
 fn fragment(in: Varyings) {
 #ifdef CUT_OUT
-    if textureSample(cutout, cutout_sampler, in.uv).a < in.cutoff {
+    if textureSample(mask_texture, mask_sampler, in.uv).a < in.cutoff {
         discard;
     }
 #endif

@@ -22,9 +22,9 @@ const PENUMBRA_SAMPLES: i32 = 20;
 /// Rows of the matrix that turns by the golden angle.
 const GOLDEN_TURN: vec4f = vec4f(-0.737369, -0.675490, 0.675490, -0.737369);
 /// Depth changes by at most this much per width of a tile, for surfaces along the light.
-const STEEPEST_GRADIENT: f32 = 8.0;
+const MAX_DEPTH_GRADIENT: f32 = 8.0;
 /// A near lamp is at most this many times as bright as where it was measured.
-const NEAREST_GAIN: f32 = 1e3;
+const MAX_NEAR_GAIN: f32 = 1e3;
 
 /// Share of a direction's light that reaches a position in its tile (-1…1, depth) on a surface whose depth changes by a
 /// gradient, per width of the tile.
@@ -86,8 +86,8 @@ fn sample_place(area: Window, offset: vec2f) -> vec3f {
 }
 
 /// How many of the samples within a light's reach are in front of the surface, and their mean depth.
-fn find_blockers(area: Window, spread: f32) -> vec2f {
-    let search = max((1.0 - area.depth) * spread * area.tile, area.texel);
+fn find_blockers(area: Window, penumbra_scale: f32) -> vec2f {
+    let search = max((1.0 - area.depth) * penumbra_scale * area.tile, area.texel);
     var count = 0.0;
     var depth_sum = 0.0;
     var turned = vec2f(1.0, 0.0);
@@ -107,12 +107,12 @@ fn find_blockers(area: Window, spread: f32) -> vec2f {
 /// a spread: for parallel light twice the tangent of the light's angular radius, since a tile is as deep as it is wide; the
 /// depth of spots is one of inverse distances, in which the law has the same form. What is around is compared with the plane of
 /// the surface, which would shadow itself otherwise. Samples lie on a spiral of Vogel (1979).
-fn percentage_closer_soft_shadow(area: Window, spread: f32) -> f32 {
-    let blockers = find_blockers(area, spread);
+fn percentage_closer_soft_shadow(area: Window, penumbra_scale: f32) -> f32 {
+    let blockers = find_blockers(area, penumbra_scale);
     if blockers.x == 0.0 {
         return textureSampleCompareLevel(atlas, atlas_sampler, area.center, area.depth);
     }
-    let penumbra = max((blockers.y - area.depth) * spread * area.tile, area.texel);
+    let penumbra = max((blockers.y - area.depth) * penumbra_scale * area.tile, area.texel);
     var sum = 0.0;
     var turned = vec2f(1.0, 0.0);
     for (var i = 0; i < PENUMBRA_SAMPLES; i++) {
@@ -124,7 +124,7 @@ fn percentage_closer_soft_shadow(area: Window, spread: f32) -> f32 {
 }
 
 /// A direction as a place sees it.
-struct Aim {
+struct TilePoint {
     index: u32,
     axes: Axes,
     scale: f32,
@@ -148,7 +148,7 @@ fn light_at(index: u32, axes: Axes, pos_world: vec3f) -> vec4f {
         let offset = dome.views[index].center - pos_world;
         let distance_squared = max(dot(offset, offset), 1e-8);
         let measured_at = dome.views[index].measured_at;
-        let gain = select(1.0, min(measured_at * measured_at / distance_squared, NEAREST_GAIN), measured_at > 0.0);
+        let gain = select(1.0, min(measured_at * measured_at / distance_squared, MAX_NEAR_GAIN), measured_at > 0.0);
         return vec4f(offset * inverseSqrt(distance_squared), gain);
     }
 #endif
@@ -156,79 +156,79 @@ fn light_at(index: u32, axes: Axes, pos_world: vec3f) -> vec4f {
 }
 
 /// The view of a direction, and where in it a place lies.
-fn aim(index: u32, axes: Axes, pos_world: vec3f) -> Aim {
+fn tile_point(index: u32, axes: Axes, pos_world: vec3f) -> TilePoint {
     let scale = dome.views[index].scale;
 #ifdef SPOTS
     if scale < 0.0 {
         let pos = project(dome.views[index], pos_world);
         // What is behind a spot is outside its picture.
-        return Aim(index, axes, scale, pos_world, select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0));
+        return TilePoint(index, axes, scale, pos_world, select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0));
     }
 #endif
-    return Aim(index, axes, scale, pos_world, tile_position(axes, scale, pos_world - dome.views[index].center));
+    return TilePoint(index, axes, scale, pos_world, tile_position(axes, scale, pos_world - dome.views[index].center));
 }
 
 /// How the depth of a surface changes across a tile, per width of the tile to the right and down.
-fn depth_gradient(seen: Aim, normal: vec3f) -> vec2f {
-    let across = vec2f(dot(seen.axes.right, normal), -dot(seen.axes.up, normal));
-    var along = dot(seen.axes.direction, normal);
+fn depth_gradient(point: TilePoint, normal: vec3f) -> vec2f {
+    let across = vec2f(dot(point.axes.right, normal), -dot(point.axes.up, normal));
+    var along = dot(point.axes.direction, normal);
     var steepness = -1.0;
-    if seen.scale < 0.0 {
-        along = dot(normal, dome.views[seen.index].center - seen.pos_world);
-        steepness = 2.0 * dome.views[seen.index].depth.x / seen.scale;
+    if point.scale < 0.0 {
+        along = dot(normal, dome.views[point.index].center - point.pos_world);
+        steepness = 2.0 * dome.views[point.index].depth.x / point.scale;
     }
     let gradient = across * (steepness / max(along, 1e-6));
-    return gradient * min(1.0, STEEPEST_GRADIENT / max(length(gradient), 1e-6));
+    return gradient * min(1.0, MAX_DEPTH_GRADIENT / max(length(gradient), 1e-6));
 }
 
 /// 1 where casters of a kind let the light of a direction through, 0 where they block it; at a position in the tile that is at a
 /// surface or a little above.
-fn visibility(kind: u32, seen: Aim, pos: vec3f, normal: vec3f) -> f32 {
+fn visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
     if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
         return 1.0;
     }
-    let corner = tile_corner(dome.views[seen.index].corners, kind);
+    let corner = tile_corner(dome.views[point.index].corners, kind);
 #ifdef FILTER_PCSS
-    return compare(corner, pos, depth_gradient(seen, normal));
+    return compare(corner, pos, depth_gradient(point, normal));
 #else
     return compare(corner, pos, vec2f(0.0));
 #endif
 }
 
 /// The same for the light of a key light.
-fn key_visibility(kind: u32, seen: Aim, pos: vec3f, normal: vec3f) -> f32 {
+fn key_visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
     if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
         return 1.0;
     }
-    let corner = tile_corner(dome.views[seen.index].corners, kind);
-    let area = window(corner, dome.key_span, pos, depth_gradient(seen, normal));
-    return percentage_closer_soft_shadow(area, dome.views[seen.index].penumbra_scale);
+    let corner = tile_corner(dome.views[point.index].corners, kind);
+    let area = window(corner, dome.key_span, pos, depth_gradient(point, normal));
+    return percentage_closer_soft_shadow(area, dome.views[point.index].penumbra_scale);
 }
 
 /// Whether virtual casters may block light of a key light.
-fn key_is_blocked(seen: Aim, normal: vec3f) -> bool {
-    if any(abs(seen.pos.xy) > vec2f(1.0)) {
+fn key_is_blocked(point: TilePoint, normal: vec3f) -> bool {
+    if any(abs(point.pos.xy) > vec2f(1.0)) {
         return false;
     }
-    let corner = tile_corner(dome.views[seen.index].corners, VIRTUAL_CASTERS);
-    let area = window(corner, dome.key_span, seen.pos, depth_gradient(seen, normal));
-    return find_blockers(area, dome.views[seen.index].penumbra_scale).x > 0.0;
+    let corner = tile_corner(dome.views[point.index].corners, VIRTUAL_CASTERS);
+    let area = window(corner, dome.key_span, point.pos, depth_gradient(point, normal));
+    return find_blockers(area, dome.views[point.index].penumbra_scale).x > 0.0;
 }
 
 /// Position in the tile above a surface from which the surface does not shadow itself.
-fn above_surface(aim: Aim, normal: vec3f, cos_angle: f32) -> vec3f {
+fn above_surface(point: TilePoint, normal: vec3f, cos_angle: f32) -> vec3f {
     let sin_angle = sqrt(max(1.0 - cos_angle * cos_angle, 0.0));
     // Half the tile's texels are one unit wide.
-    let texels = dome.tile_resolution * select(1.0, dome.key_span, aim.index >= dome.first_key);
+    let texels = dome.tile_resolution * select(1.0, dome.key_span, point.index >= dome.first_key);
     let units = (SELF_SHADOW_OFFSET + dome.filter_radius) * 2.0 / texels * (0.2 + 0.8 * sin_angle);
 #ifdef SPOTS
-    if aim.scale < 0.0 {
+    if point.scale < 0.0 {
         // A unit of a spot grows with the distance.
-        let offset = normal * (units * distance(dome.views[aim.index].center, aim.pos_world) / -aim.scale);
-        let pos = project(dome.views[aim.index], aim.pos_world + offset);
+        let offset = normal * (units * distance(dome.views[point.index].center, point.pos_world) / -point.scale);
+        let pos = project(dome.views[point.index], point.pos_world + offset);
         return select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0);
     }
 #endif
-    let across = vec2f(dot(aim.axes.right, normal), dot(aim.axes.up, normal));
-    return aim.pos + vec3f(across, 0.5 * cos_angle) * units;
+    let across = vec2f(dot(point.axes.right, normal), dot(point.axes.up, normal));
+    return point.pos + vec3f(across, 0.5 * cos_angle) * units;
 }

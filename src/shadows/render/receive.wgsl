@@ -5,9 +5,11 @@
 
 #import bevy_pbr::mesh_view_bindings::view
 #import bevy_mirrorball::shadows::render::maps::dome
-#import bevy_mirrorball::shadows::render::samples::{IS_PHANTOM, IS_VIRTUAL, alike, first_sample, world_position}
+#import bevy_mirrorball::shadows::render::samples::{
+    IS_PHANTOM, IS_VIRTUAL, first_sample, surface_similarity, world_position,
+}
 #import bevy_mirrorball::shadows::render::visibility::{
-    brightness_left, has_lamps, phantom_visibility, real_visibility, virtual_visibility,
+    has_lamps, luminance_fraction, phantom_visibility, real_visibility, virtual_visibility,
 }
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
@@ -16,37 +18,37 @@
 #endif
 
 /// Of each sample of the visibility pass, row by row: four 16-bit floats.
-@group(#{MATERIAL_BIND_GROUP}) @binding(104) var<storage, read> samples_seen: array<vec2u>;
+@group(#{MATERIAL_BIND_GROUP}) @binding(104) var<storage, read> visibility_samples: array<vec2u>;
 
 /// With less weight than this on all samples together, the fragment looks at the shadow maps itself.
-const LEAST_WEIGHT: f32 = 0.05;
+const MIN_SAMPLE_WEIGHT: f32 = 0.05;
 
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
 /// What the samples of the pass around a fragment have seen.
-struct Seen {
+struct SampleLookup {
     /// As the visibility pass has stored it.
-    share: vec4f,
+    fraction: vec4f,
     /// That they deserve together.
     weight: f32,
 }
 
 #ifdef MULTISAMPLED
 /// Where in its pixel the prepass has seen a surface.
-fn seen_at() -> vec2f {
+fn sample_position() -> vec2f {
     return first_sample(textureNumSamples(depth_prepass_texture));
 }
 #else
-fn seen_at() -> vec2f {
+fn sample_position() -> vec2f {
     return first_sample(1u);
 }
 #endif
 
-fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -> Seen {
+fn lookup_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -> SampleLookup {
     let step = f32(dome.sample_pixels);
-    let place = max((frag_coord.xy - seen_at()) / step, vec2f(0.0));
+    let place = max((frag_coord.xy - sample_position()) / step, vec2f(0.0));
     let base = floor(place);
-    let share = place - base;
+    let fraction = place - base;
     let last = vec2f(dome.visibility_size) - 1.0;
     let distance_to_camera = distance(pos_world, view.world_position);
     var sum = vec4f(0.0);
@@ -55,49 +57,49 @@ fn from_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -
         let corner = vec2f(vec2u(i % 2u, i / 2u));
         let sample = min(base + corner, last);
         let pixel = vec2i(sample * step);
-        let bilinear = mix(1.0 - share, share, corner);
-        let packed = samples_seen[u32(sample.y) * dome.visibility_size.x + u32(sample.x)];
+        let bilinear = mix(1.0 - fraction, fraction, corner);
+        let packed = visibility_samples[u32(sample.y) * dome.visibility_size.x + u32(sample.x)];
         let stored = vec4f(unpack2x16float(packed.x), unpack2x16float(packed.y));
         let depth = textureLoad(depth_prepass_texture, pixel, 0);
         let facing = textureLoad(normal_prepass_texture, pixel, 0);
-        let offset = world_position(view.world_from_clip, view.viewport, vec2f(pixel) + seen_at(), depth) - pos_world;
+        let offset = world_position(view.world_from_clip, view.viewport, vec2f(pixel) + sample_position(), depth) - pos_world;
         let is_same = depth > 0.0 && abs(facing.a - kind) < 0.1;
-        let same = alike(offset, normal, normalize(facing.xyz * 2.0 - 1.0), distance_to_camera);
+        let same = surface_similarity(offset, normal, normalize(facing.xyz * 2.0 - 1.0), distance_to_camera);
         let weight = select(0.0, bilinear.x * bilinear.y * same, is_same && stored.a > 0.0);
         sum += stored * weight;
         weights += weight;
     }
-    return Seen(sum / max(weights, 1e-6), weights);
+    return SampleLookup(sum / max(weights, 1e-6), weights);
 }
 
 /// Whether the visibility samples are this camera's, and of its size as it is now.
-fn is_served() -> bool {
+fn has_visibility_samples() -> bool {
     let difference = abs(dome.visibility_clip_from_world[0] - view.unjittered_clip_from_world[0])
         + abs(dome.visibility_clip_from_world[1] - view.unjittered_clip_from_world[1])
         + abs(dome.visibility_clip_from_world[2] - view.unjittered_clip_from_world[2])
         + abs(dome.visibility_clip_from_world[3] - view.unjittered_clip_from_world[3]);
-    let is_whole = arrayLength(&samples_seen) == dome.visibility_size.x * dome.visibility_size.y;
+    let is_whole = arrayLength(&visibility_samples) == dome.visibility_size.x * dome.visibility_size.y;
     return dome.sample_pixels > 0u && is_whole && dot(difference, vec4f(1.0)) < 1e-4;
 }
 #endif
 #endif
 
-/// Factor on the camera's picture of a phantom; alpha: how bright the real light is that other phantoms leave to it, as a share
+/// Factor on the camera's picture of a phantom; alpha: how bright the real light is that other phantoms leave to it, as a fraction
 /// of the open sky's (if there are lamps, to compare them with it).
 fn phantom_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec4f {
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
-    if is_served() {
-        let found = from_samples(frag_coord, pos_world, normal, IS_PHANTOM);
-        if found.weight > LEAST_WEIGHT {
-            return found.share;
+    if has_visibility_samples() {
+        let found = lookup_samples(frag_coord, pos_world, normal, IS_PHANTOM);
+        if found.weight > MIN_SAMPLE_WEIGHT {
+            return found.fraction;
         }
     }
 #endif
 #endif
     var left = 1.0;
     if has_lamps() {
-        left = brightness_left(real_visibility(pos_world, normal));
+        left = luminance_fraction(real_visibility(pos_world, normal));
     }
     return vec4f(phantom_visibility(pos_world, normal), left);
 }
@@ -106,10 +108,10 @@ fn phantom_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec4f {
 fn virtual_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec3f {
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
-    if is_served() {
-        let found = from_samples(frag_coord, pos_world, normal, IS_VIRTUAL);
-        if found.weight > LEAST_WEIGHT {
-            return found.share.rgb;
+    if has_visibility_samples() {
+        let found = lookup_samples(frag_coord, pos_world, normal, IS_VIRTUAL);
+        if found.weight > MIN_SAMPLE_WEIGHT {
+            return found.fraction.rgb;
         }
     }
 #endif
@@ -117,12 +119,12 @@ fn virtual_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec3f {
     return virtual_visibility(pos_world, normal);
 }
 
-/// Factor on the image-based reflections of a virtual surface, 1 unless the dome occludes reflections: from the share of
+/// Factor on the image-based reflections of a virtual surface, 1 unless the dome occludes reflections: from the fraction of
 /// diffuse light, by how widely the surface gathers its reflections (Lagarde and de Rousiers 2014, *Moving Frostbite to
 /// Physically Based Rendering*, §4.10.2).
 fn reflection_ratio(ratio: vec3f, cos_view: f32, perceptual_roughness: f32) -> f32 {
-    let share = saturate(dot(ratio, vec3f(0.2126, 0.7152, 0.0722)));
+    let fraction = saturate(dot(ratio, vec3f(0.2126, 0.7152, 0.0722)));
     let roughness = perceptual_roughness * perceptual_roughness;
-    let left = saturate(pow(max(cos_view, 0.0) + share, exp2(-16.0 * roughness - 1.0)) - 1.0 + share);
+    let left = saturate(pow(max(cos_view, 0.0) + fraction, exp2(-16.0 * roughness - 1.0)) - 1.0 + fraction);
     return mix(1.0, left, f32(dome.occludes_reflections));
 }

@@ -6,8 +6,8 @@
 
 #import bevy_mirrorball::shadows::render::dome::{DomeWeight, unpack_light, unpack_solid_angle}
 #import bevy_mirrorball::shadows::render::maps::{
-    Aim, PHANTOM_CASTERS, VIRTUAL_CASTERS, above_surface, aim, axes_of, dome, has_casters, key_is_blocked, key_visibility,
-    light_at, visibility,
+    PHANTOM_CASTERS, TilePoint, VIRTUAL_CASTERS, above_surface, axes_of, dome, has_casters, key_is_blocked,
+    key_visibility, light_at, tile_point, visibility,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(103) var<storage, read> weights: array<DomeWeight>;
@@ -15,9 +15,9 @@
 /// The bit beside those of casters that says that the scene has lamps of the engine.
 const LAMPS: u32 = 2u;
 /// Light left below this share of the open sky's counts as none; there the picture is left alone.
-const LEAST_LIGHT: f32 = 1e-4;
+const MIN_LIGHT_FRACTION: f32 = 1e-4;
 /// Visibility from here on is full; hides the rounding of the hardware's filter.
-const FULLY_VISIBLE: f32 = 0.999;
+const MIN_FULL_VISIBILITY: f32 = 0.999;
 
 /// The directions worth a look at their shadow maps come first: how many, and which is the one at a rank.
 fn bright_directions() -> u32 {
@@ -41,15 +41,16 @@ fn is_in_virtual_shadow(pos_world: vec3f, normal: vec3f) -> bool {
         if is_key(index) {
             continue;
         }
-        let ray = look(index, pos_world, normal);
-        if ray.cos_angle > 0.0 && visibility(VIRTUAL_CASTERS, ray.seen, ray.seen.pos, normal) < FULLY_VISIBLE {
+        let incoming = incoming_light(index, pos_world, normal);
+        let point = incoming.point;
+        if incoming.cos_angle > 0.0 && visibility(VIRTUAL_CASTERS, point, point.pos, normal) < MIN_FULL_VISIBILITY {
             return true;
         }
     }
 #ifdef KEY_LIGHTS
     for (var key = dome.first_key; key < dome.shadow_map_count; key++) {
-        let ray = look(key, pos_world, normal);
-        if ray.cos_angle > 0.0 && key_is_blocked(ray.seen, normal) {
+        let incoming = incoming_light(key, pos_world, normal);
+        if incoming.cos_angle > 0.0 && key_is_blocked(incoming.point, normal) {
             return true;
         }
     }
@@ -58,17 +59,17 @@ fn is_in_virtual_shadow(pos_world: vec3f, normal: vec3f) -> bool {
 }
 
 /// Sums over directions at a surface.
-struct Tally {
+struct LightSums {
     /// Light that arrives: without virtual casters at a phantom, without any casters at a virtual surface.
-    before: vec3f,
+    unshadowed: vec3f,
     /// Of it what is left.
-    after: vec3f,
+    shadowed: vec3f,
     /// At a phantom the luminance of all light under an open sky.
     open_sky: f32,
 }
 
-fn sum_of(a: Tally, b: Tally) -> Tally {
-    return Tally(a.before + b.before, a.after + b.after, a.open_sky + b.open_sky);
+fn add_sums(a: LightSums, b: LightSums) -> LightSums {
+    return LightSums(a.unshadowed + b.unshadowed, a.shadowed + b.shadowed, a.open_sky + b.open_sky);
 }
 
 fn luminance(light: vec3f) -> f32 {
@@ -76,12 +77,12 @@ fn luminance(light: vec3f) -> f32 {
 }
 
 /// Which directions are summed up: those at every `step`th rank from the first on. Key lights are summed up by themselves.
-struct Ranks {
+struct RankSubset {
     first: u32,
     step: u32,
 }
 
-const ALL: Ranks = Ranks(0u, 1u);
+const ALL_RANKS: RankSubset = RankSubset(0u, 1u);
 
 fn is_key(index: u32) -> bool {
 #ifdef KEY_LIGHTS
@@ -92,57 +93,58 @@ fn is_key(index: u32) -> bool {
 }
 
 /// A direction's light at a surface.
-struct Look {
-    seen: Aim,
+struct IncomingLight {
+    point: TilePoint,
     /// Radiance × solid angle, × what is left of it or more of it at this distance.
-    light: vec3f,
+    irradiance: vec3f,
     cos_angle: f32,
 }
 
-fn look(index: u32, pos_world: vec3f, normal: vec3f) -> Look {
+fn incoming_light(index: u32, pos_world: vec3f, normal: vec3f) -> IncomingLight {
     let axes = axes_of(index);
     let source = light_at(index, axes, pos_world);
-    return Look(aim(index, axes, pos_world), unpack_light(weights[index]) * source.w, dot(normal, source.xyz));
+    let irradiance = unpack_light(weights[index]) * source.w;
+    return IncomingLight(tile_point(index, axes, pos_world), irradiance, dot(normal, source.xyz));
 }
 
 /// What one light sends to a phantom past casters.
-fn phantom_share(ray: Look, past_phantoms: f32, past_virtual: f32) -> Tally {
-    let light = ray.light * ray.cos_angle;
-    return Tally(light * past_phantoms, light * (past_phantoms * past_virtual), luminance(light));
+fn phantom_term(incoming: IncomingLight, past_phantoms: f32, past_virtual: f32) -> LightSums {
+    let irradiance = incoming.irradiance * incoming.cos_angle;
+    return LightSums(irradiance * past_phantoms, irradiance * (past_phantoms * past_virtual), luminance(irradiance));
 }
 
 /// What directions send to a phantom.
-fn phantom_tally(pos_world: vec3f, normal: vec3f, ranks: Ranks) -> Tally {
+fn accumulate_phantom(pos_world: vec3f, normal: vec3f, ranks: RankSubset) -> LightSums {
     let bright = bright_directions();
-    var total = Tally();
+    var total = LightSums();
     for (var rank = ranks.first; rank < dome.direction_count; rank += ranks.step) {
         let index = direction_at(rank);
-        let ray = look(index, pos_world, normal);
-        if is_key(index) || ray.cos_angle <= 0.0 {
+        let incoming = incoming_light(index, pos_world, normal);
+        if is_key(index) || incoming.cos_angle <= 0.0 {
             continue;
         }
         var past = vec2f(1.0);
         if rank < bright {
-            let above = above_surface(ray.seen, normal, ray.cos_angle);
-            past.x = visibility(PHANTOM_CASTERS, ray.seen, above, normal);
-            past.y = visibility(VIRTUAL_CASTERS, ray.seen, ray.seen.pos, normal);
+            let above = above_surface(incoming.point, normal, incoming.cos_angle);
+            past.x = visibility(PHANTOM_CASTERS, incoming.point, above, normal);
+            past.y = visibility(VIRTUAL_CASTERS, incoming.point, incoming.point.pos, normal);
         }
-        total = sum_of(total, phantom_share(ray, past.x, past.y));
+        total = add_sums(total, phantom_term(incoming, past.x, past.y));
     }
     return total;
 }
 
 /// What key lights send to a phantom.
-fn phantom_keys(pos_world: vec3f, normal: vec3f) -> Tally {
-    var total = Tally();
+fn accumulate_phantom_keys(pos_world: vec3f, normal: vec3f) -> LightSums {
+    var total = LightSums();
 #ifdef KEY_LIGHTS
     for (var key = dome.first_key; key < dome.shadow_map_count; key++) {
-        let ray = look(key, pos_world, normal);
-        if ray.cos_angle > 0.0 {
-            let above = above_surface(ray.seen, normal, ray.cos_angle);
-            let past_phantoms = key_visibility(PHANTOM_CASTERS, ray.seen, above, normal);
-            let past_virtual = key_visibility(VIRTUAL_CASTERS, ray.seen, ray.seen.pos, normal);
-            total = sum_of(total, phantom_share(ray, past_phantoms, past_virtual));
+        let incoming = incoming_light(key, pos_world, normal);
+        if incoming.cos_angle > 0.0 {
+            let above = above_surface(incoming.point, normal, incoming.cos_angle);
+            let past_phantoms = key_visibility(PHANTOM_CASTERS, incoming.point, above, normal);
+            let past_virtual = key_visibility(VIRTUAL_CASTERS, incoming.point, incoming.point.pos, normal);
+            total = add_sums(total, phantom_term(incoming, past_phantoms, past_virtual));
         }
     }
 #endif
@@ -150,85 +152,92 @@ fn phantom_keys(pos_world: vec3f, normal: vec3f) -> Tally {
 }
 
 /// Factor on the camera's picture of a phantom.
-fn phantom_factor(total: Tally) -> vec3f {
-    let is_lit = luminance(total.before) > LEAST_LIGHT * total.open_sky;
-    let factor = total.after / max(total.before, vec3f(1e-20));
-    return select(vec3f(1.0), factor, vec3<bool>(is_lit) & (total.before > vec3f(0.0)));
+fn phantom_factor(total: LightSums) -> vec3f {
+    let is_lit = luminance(total.unshadowed) > MIN_LIGHT_FRACTION * total.open_sky;
+    let factor = total.shadowed / max(total.unshadowed, vec3f(1e-20));
+    return select(vec3f(1.0), factor, vec3<bool>(is_lit) & (total.unshadowed > vec3f(0.0)));
 }
 
 fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     if !is_in_virtual_shadow(pos_world, normal) {
         return vec3f(1.0);
     }
-    return phantom_factor(sum_of(phantom_tally(pos_world, normal, ALL), phantom_keys(pos_world, normal)));
+    let directions = accumulate_phantom(pos_world, normal, ALL_RANKS);
+    return phantom_factor(add_sums(directions, accumulate_phantom_keys(pos_world, normal)));
 }
 
 /// What one light sends to a surface past casters; real ones send their own light instead of what they hide.
-fn surface_share(index: u32, ray: Look, normal: vec3f, past_phantoms: f32, past_virtual: f32) -> Tally {
+fn surface_term(
+    index: u32,
+    incoming: IncomingLight,
+    normal: vec3f,
+    past_phantoms: f32,
+    past_virtual: f32,
+) -> LightSums {
     let weight = weights[index];
     // The environment map has all its lights far away.
-    let before = unpack_light(weight) * max(dot(normal, ray.seen.axes.direction), 0.0);
+    let unshadowed = unpack_light(weight) * max(dot(normal, incoming.point.axes.direction), 0.0);
     let hidden = unpack_light(weights[dome.direction_count]) * unpack_solid_angle(weight);
-    let open = mix(hidden, ray.light, past_phantoms);
-    return Tally(before, open * (past_virtual * max(ray.cos_angle, 0.0)), 0.0);
+    let open = mix(hidden, incoming.irradiance, past_phantoms);
+    return LightSums(unshadowed, open * (past_virtual * max(incoming.cos_angle, 0.0)), 0.0);
 }
 
 /// What directions send to a surface.
-fn surface_tally(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: Ranks) -> Tally {
+fn accumulate_surface(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: RankSubset) -> LightSums {
     let bright = bright_directions();
-    var total = Tally();
+    var total = LightSums();
     for (var rank = ranks.first; rank < dome.direction_count; rank += ranks.step) {
         let index = direction_at(rank);
         if is_key(index) {
             continue;
         }
-        let ray = look(index, pos_world, normal);
+        let incoming = incoming_light(index, pos_world, normal);
         var past = vec2f(1.0);
-        if rank < bright && ray.cos_angle > 0.0 {
-            let above = above_surface(ray.seen, normal, ray.cos_angle);
-            past.x = visibility(PHANTOM_CASTERS, ray.seen, select(ray.seen.pos, above, is_real), normal);
+        if rank < bright && incoming.cos_angle > 0.0 {
+            let above = above_surface(incoming.point, normal, incoming.cos_angle);
+            past.x = visibility(PHANTOM_CASTERS, incoming.point, select(incoming.point.pos, above, is_real), normal);
             if !is_real {
-                past.y = visibility(VIRTUAL_CASTERS, ray.seen, above, normal);
+                past.y = visibility(VIRTUAL_CASTERS, incoming.point, above, normal);
             }
         }
-        total = sum_of(total, surface_share(index, ray, normal, past.x, past.y));
+        total = add_sums(total, surface_term(index, incoming, normal, past.x, past.y));
     }
     return total;
 }
 
 /// What key lights send to a surface.
-fn surface_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> Tally {
-    var total = Tally();
+fn accumulate_surface_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> LightSums {
+    var total = LightSums();
 #ifdef KEY_LIGHTS
     for (var key = dome.first_key; key < dome.shadow_map_count; key++) {
-        let ray = look(key, pos_world, normal);
+        let incoming = incoming_light(key, pos_world, normal);
         var past = vec2f(1.0);
-        if ray.cos_angle > 0.0 {
-            let above = above_surface(ray.seen, normal, ray.cos_angle);
-            past.x = key_visibility(PHANTOM_CASTERS, ray.seen, select(ray.seen.pos, above, is_real), normal);
+        if incoming.cos_angle > 0.0 {
+            let above = above_surface(incoming.point, normal, incoming.cos_angle);
+            past.x = key_visibility(PHANTOM_CASTERS, incoming.point, select(incoming.point.pos, above, is_real), normal);
             if !is_real {
-                past.y = key_visibility(VIRTUAL_CASTERS, ray.seen, above, normal);
+                past.y = key_visibility(VIRTUAL_CASTERS, incoming.point, above, normal);
             }
         }
-        total = sum_of(total, surface_share(key, ray, normal, past.x, past.y));
+        total = add_sums(total, surface_term(key, incoming, normal, past.x, past.y));
     }
 #endif
     return total;
 }
 
 /// Light that arrives ÷ that of the open sky.
-fn surface_factor(total: Tally) -> vec3f {
-    return select(vec3f(1.0), total.after / max(total.before, vec3f(1e-20)), total.before > vec3f(1e-6));
+fn surface_factor(total: LightSums) -> vec3f {
+    return select(vec3f(1.0), total.shadowed / max(total.unshadowed, vec3f(1e-20)), total.unshadowed > vec3f(1e-6));
 }
 
-fn share_of_sky(pos_world: vec3f, normal: vec3f, is_real: bool) -> vec3f {
-    let directions = surface_tally(pos_world, normal, is_real, ALL);
-    return surface_factor(sum_of(directions, surface_keys(pos_world, normal, is_real)));
+fn sky_visibility(pos_world: vec3f, normal: vec3f, is_real: bool) -> vec3f {
+    let directions = accumulate_surface(pos_world, normal, is_real, ALL_RANKS);
+    return surface_factor(add_sums(directions, accumulate_surface_keys(pos_world, normal, is_real)));
 }
 
 /// Factor on the diffuse image-based light of a virtual surface.
 fn virtual_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
-    return share_of_sky(pos_world, normal, false);
+    return sky_visibility(pos_world, normal, false);
 }
 
 fn has_lamps() -> bool {
@@ -236,8 +245,8 @@ fn has_lamps() -> bool {
 }
 
 /// Of a share of light per channel its brightness, never quite 0.
-fn brightness_left(share: vec3f) -> f32 {
-    return max(luminance(share), 1e-3);
+fn luminance_fraction(fraction: vec3f) -> f32 {
+    return max(luminance(fraction), 1e-3);
 }
 
 /// Share of the environment's light that real things leave to a real surface.
@@ -245,5 +254,5 @@ fn real_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     if !has_casters(PHANTOM_CASTERS) {
         return vec3f(1.0);
     }
-    return share_of_sky(pos_world, normal, true);
+    return sky_visibility(pos_world, normal, true);
 }

@@ -1,15 +1,18 @@
 // One thread per sample: the share of light that arrives at the surface which the prepass has seen there.
 //
-// With INTERLEAVED it takes two dispatches. In the first, `tally`, each of 2 × 2 samples sums up a quarter of the directions; in
+// With INTERLEAVED it takes two dispatches. In the first, `accumulate`, each of 2 × 2 samples sums up a quarter of the directions; in
 // the second, `gather`, every sample takes from its neighbors what it has not looked at (after Keller and Heidrich 2001,
 // *Interleaved sampling*). Key lights, whose shadows have edges, are looked at in each.
 
 #import bevy_render::view::View
 #import bevy_mirrorball::shadows::render::maps::dome
-#import bevy_mirrorball::shadows::render::samples::{IS_PHANTOM, IS_VIRTUAL, alike, first_sample, world_position}
+#import bevy_mirrorball::shadows::render::samples::{
+    IS_PHANTOM, IS_VIRTUAL, first_sample, surface_similarity, world_position,
+}
 #import bevy_mirrorball::shadows::render::visibility::{
-    Ranks, Tally, brightness_left, has_lamps, luminance, phantom_factor, phantom_keys, phantom_tally,
-    phantom_visibility, real_visibility, sum_of, surface_factor, surface_keys, surface_tally, virtual_visibility,
+    LightSums, RankSubset, accumulate_phantom, accumulate_phantom_keys, accumulate_surface, accumulate_surface_keys,
+    add_sums, has_lamps, luminance, luminance_fraction, phantom_factor, phantom_visibility, real_visibility,
+    surface_factor, virtual_visibility,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -21,31 +24,31 @@
 @group(0) @binding(2) var normals: texture_2d<f32>;
 #endif
 #ifdef TALLY
-@group(0) @binding(3) var tallies: texture_storage_2d<rgba32uint, write>;
+@group(0) @binding(3) var partial_sums: texture_storage_2d<rgba32uint, write>;
 #else
-@group(0) @binding(3) var<storage, read_write> samples_seen: array<vec2u>;
+@group(0) @binding(3) var<storage, read_write> visibility_samples: array<vec2u>;
 #endif
 #ifdef GATHER
-@group(0) @binding(4) var tallies: texture_2d<u32>;
+@group(0) @binding(4) var partial_sums: texture_2d<u32>;
 #endif
 
 #ifndef TALLY
-fn store(sample: vec2u, share: vec4f) {
+fn store(sample: vec2u, fraction: vec4f) {
     let at = sample.y * dome.visibility_size.x + sample.x;
-    samples_seen[at] = vec2u(pack2x16float(share.rg), pack2x16float(share.ba));
+    visibility_samples[at] = vec2u(pack2x16float(fraction.rg), pack2x16float(fraction.ba));
 }
 #endif
 
 /// Samples along each side of a square in which every direction is looked at once.
-const SQUARE: u32 = 2u;
+const SQUARE_EDGE: u32 = 2u;
 
 #ifdef MULTISAMPLED
 /// Where in its pixel the prepass has seen a surface.
-fn seen_at() -> vec2f {
+fn sample_position() -> vec2f {
     return first_sample(textureNumSamples(depths));
 }
 #else
-fn seen_at() -> vec2f {
+fn sample_position() -> vec2f {
     return first_sample(1u);
 }
 #endif
@@ -64,53 +67,53 @@ fn surface_at(sample: vec2u) -> Surface {
     let facing = textureLoad(normals, pixel, 0);
     // What was drawn there says the normal's alpha.
     return Surface(
-        world_position(view.world_from_clip, view.viewport, vec2f(pixel) + seen_at(), depth), normalize(facing.xyz * 2.0 - 1.0),
+        world_position(view.world_from_clip, view.viewport, vec2f(pixel) + sample_position(), depth), normalize(facing.xyz * 2.0 - 1.0),
         depth > 0.0 && abs(facing.a - IS_PHANTOM) < 0.1, depth > 0.0 && abs(facing.a - IS_VIRTUAL) < 0.1,
     );
 }
 
 #ifdef TALLY
 /// Of a phantom also the luminance under an open sky, and past other phantoms with what they send instead.
-fn pack(total: Tally, left: f32, open: f32) -> vec4u {
+fn pack(total: LightSums, left: f32, open: f32) -> vec4u {
     return vec4u(
-        pack2x16float(total.before.rg), pack2x16float(vec2f(total.before.b, total.after.r)),
-        pack2x16float(total.after.gb), pack2x16float(vec2f(left, open)),
+        pack2x16float(total.unshadowed.rg), pack2x16float(vec2f(total.unshadowed.b, total.shadowed.r)),
+        pack2x16float(total.shadowed.gb), pack2x16float(vec2f(left, open)),
     );
 }
 
 @compute @workgroup_size(8, 8)
-fn tally(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(tallies)) {
+fn accumulate(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(partial_sums)) {
         return;
     }
     let here = surface_at(id.xy);
-    let quarter = Ranks(id.x % SQUARE + SQUARE * (id.y % SQUARE), SQUARE * SQUARE);
+    let quarter = RankSubset(id.x % SQUARE_EDGE + SQUARE_EDGE * (id.y % SQUARE_EDGE), SQUARE_EDGE * SQUARE_EDGE);
     var result = vec4u(0u);
     if here.is_phantom {
-        let total = phantom_tally(here.pos_world, here.normal, quarter);
-        var left = Tally();
+        let total = accumulate_phantom(here.pos_world, here.normal, quarter);
+        var left = LightSums();
         if has_lamps() {
-            left = surface_tally(here.pos_world, here.normal, true, quarter);
+            left = accumulate_surface(here.pos_world, here.normal, true, quarter);
         }
-        result = pack(total, luminance(left.after), luminance(left.before));
+        result = pack(total, luminance(left.shadowed), luminance(left.unshadowed));
     } else if here.is_virtual {
-        result = pack(surface_tally(here.pos_world, here.normal, false, quarter), 0.0, 0.0);
+        result = pack(accumulate_surface(here.pos_world, here.normal, false, quarter), 0.0, 0.0);
     }
-    textureStore(tallies, id.xy, result);
+    textureStore(partial_sums, id.xy, result);
 }
 #endif
 
 #ifdef GATHER
-/// Sums of a whole square, after one another: before, after, and at a phantom the light left of the open sky's.
+/// Sums of a whole square, after one another: unshadowed, shadowed, and at a phantom the light left of the open sky's.
 struct Gathered {
-    total: Tally,
+    total: LightSums,
     left: f32,
     open: f32,
 }
 
 /// Neighbors weigh 1 2 1, 2 4 2, 1 2 1, so each place in a square as much as any other.
-fn gather_tallies(sample: vec2u, here: Surface) -> Gathered {
-    let last = vec2i(textureDimensions(tallies)) - 1;
+fn gather_sums(sample: vec2u, here: Surface) -> Gathered {
+    let last = vec2i(textureDimensions(partial_sums)) - 1;
     var sums = array<vec4f, 2>();
     var quarters = 0.0;
     for (var place = 0; place < 4; place++) {
@@ -125,10 +128,10 @@ fn gather_tallies(sample: vec2u, here: Surface) -> Gathered {
             let neighbor = vec2u(select(beside, max(2 * last - beside, vec2i(0)), beside > last));
             let there = surface_at(neighbor);
             let is_same = here.is_phantom == there.is_phantom && here.is_virtual == there.is_virtual;
-            let weight = select(0.0, alike(
+            let weight = select(0.0, surface_similarity(
                 there.pos_world - here.pos_world, here.normal, there.normal, distance(here.pos_world, view.world_position),
             ), is_same);
-            let packed = textureLoad(tallies, neighbor, 0);
+            let packed = textureLoad(partial_sums, neighbor, 0);
             low += weight * vec4f(unpack2x16float(packed.x), unpack2x16float(packed.y));
             high += weight * vec4f(unpack2x16float(packed.z), unpack2x16float(packed.w));
             weights += weight;
@@ -139,10 +142,10 @@ fn gather_tallies(sample: vec2u, here: Surface) -> Gathered {
         sums[1] += trust * high;
         quarters += min(weights, 1.0);
     }
-    let scale = f32(SQUARE * SQUARE) / max(quarters, 1e-6);
+    let scale = f32(SQUARE_EDGE * SQUARE_EDGE) / max(quarters, 1e-6);
     let low = scale * sums[0];
     let high = scale * sums[1];
-    let total = Tally(low.rgb, vec3f(low.a, high.rg), 0.0);
+    let total = LightSums(low.rgb, vec3f(low.a, high.rg), 0.0);
     return Gathered(total, high.b, high.a);
 }
 
@@ -154,18 +157,19 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let here = surface_at(id.xy);
     var result = vec4f(1.0);
     if here.is_phantom || here.is_virtual {
-        let found = gather_tallies(id.xy, here);
+        let found = gather_sums(id.xy, here);
         if here.is_phantom {
-            result = vec4f(phantom_factor(sum_of(found.total, phantom_keys(here.pos_world, here.normal))), 1.0);
+            let keys = accumulate_phantom_keys(here.pos_world, here.normal);
+            result = vec4f(phantom_factor(add_sums(found.total, keys)), 1.0);
             if has_lamps() {
-                let keys = surface_keys(here.pos_world, here.normal, true);
-                let open = found.open + luminance(keys.before);
-                let left = (found.left + luminance(keys.after)) / max(open, 1e-20);
-                result.a = brightness_left(vec3f(select(1.0, left, open > 1e-6)));
+                let real_keys = accumulate_surface_keys(here.pos_world, here.normal, true);
+                let open = found.open + luminance(real_keys.unshadowed);
+                let left = (found.left + luminance(real_keys.shadowed)) / max(open, 1e-20);
+                result.a = luminance_fraction(vec3f(select(1.0, left, open > 1e-6)));
             }
         } else {
-            let keys = surface_keys(here.pos_world, here.normal, false);
-            result = vec4f(surface_factor(sum_of(found.total, keys)), 1.0);
+            let keys = accumulate_surface_keys(here.pos_world, here.normal, false);
+            result = vec4f(surface_factor(add_sums(found.total, keys)), 1.0);
         }
     }
     store(id.xy, result);
@@ -175,7 +179,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
 #ifndef TALLY
 #ifndef GATHER
 @compute @workgroup_size(8, 8)
-fn see(@builtin(global_invocation_id) id: vec3u) {
+fn full(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= dome.visibility_size) {
         return;
     }
@@ -184,7 +188,7 @@ fn see(@builtin(global_invocation_id) id: vec3u) {
     if here.is_phantom {
         result = vec4f(phantom_visibility(here.pos_world, here.normal), 1.0);
         if has_lamps() {
-            result.a = brightness_left(real_visibility(here.pos_world, here.normal));
+            result.a = luminance_fraction(real_visibility(here.pos_world, here.normal));
         }
     } else if here.is_virtual {
         result = vec4f(virtual_visibility(here.pos_world, here.normal), 1.0);

@@ -67,12 +67,12 @@ fn weigh(first: u32, end: u32, key: u32, thread: u32) -> vec4f {
 /// One workgroup per direction, then one per key light, which has its light from whatever directions it is in.
 @compute @workgroup_size(THREADS)
 fn weigh_cells(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
-    let spread = uniforms.counts.x + uniforms.counts.z;
+    let direction_count = uniforms.counts.x + uniforms.counts.z;
     var first = 0u;
     var end = arrayLength(&patches);
-    var key = group.x - spread;
+    var key = group.x - direction_count;
     var index = uniforms.counts.x + key;
-    if group.x < spread {
+    if group.x < direction_count {
         let range = ranges[group.x];
         first = range.x;
         end = range.y;
