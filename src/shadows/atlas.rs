@@ -1,4 +1,4 @@
-//! The depth atlas and the buffers that materials read.
+//! The depth atlas and the buffers that the dome shares with materials.
 
 use super::{
     atlas_layout::{AtlasLayout, MAX_ATLAS_EDGE},
@@ -14,26 +14,29 @@ use bevy::{
     },
 };
 
-/// Where materials and the visibility pass bind the atlas, its sampler, the views and the weights.
+/// Binding indices of the atlas, its sampler, the views and the weights, in materials and in the visibility pass.
 pub(super) const SHADOW_BINDINGS: [u32; 4] = [100, 101, 102, 103];
 
-/// What materials have to follow: they are made anew when it changes.
+/// Key of everything that materials bind. Materials are remade when it changes.
 pub(crate) type DomeIdentity = (AssetId<Image>, AssetId<ShaderBuffer>, DomeShader);
 
-/// What materials bind to find out which share of the light arrives at a point; see `visibility.wgsl`.
+/// Textures and buffers that materials bind to compute the fraction of light that arrives at a point. See
+/// `render/visibility.wgsl`.
 ///
-/// The handles change only with the dome's settings. All contents are written on the GPU side.
+/// The handles change only with the dome's settings. All contents are written on the GPU.
 #[derive(Resource, ExtractResource, Clone, Debug)]
 pub struct DomeTextures {
-    /// Depth atlas, 32-bit float, reversed depth (1 is nearest to the light, 0 nothing), with a comparison sampler.
+    /// Depth atlas with a comparison sampler. 32-bit float, reversed depth: 1 is nearest to the light, 0 is empty.
     pub atlas: Handle<Image>,
-    /// The views of all directions (`Dome` in dome.wgsl).
+    /// Views of all directions (`Dome` in `dome.wgsl`).
     pub views: Handle<ShaderBuffer>,
-    /// Radiance × solid angle of every direction in linear camera units (`DomeWeight` in dome.wgsl): those with shadow maps,
-    /// key lights, those without, then `L_p`.
+    /// Radiance × solid angle of each direction in linear camera units (`DomeWeight` in `dome.wgsl`): directions with
+    /// shadow maps, key lights, directions without shadow maps, then `L_p`.
     pub weights: Handle<ShaderBuffer>,
-    /// What the visibility pass has seen, row by row, four 16-bit floats each: red, green and blue share of the light that arrives,
-    /// and 1. A buffer, since the textures of Bevy's materials and of this crate would not fit WebGPU's limit of 16.
+    /// Samples of the visibility pass, row by row, four 16-bit floats each: the fraction of light that arrives in
+    /// red, green and blue, and 1. At a phantom the last one is the luminance that other phantoms leave, if there are
+    /// lamps. This is a buffer because the textures of Bevy's materials and of this crate together would exceed
+    /// WebGPU's limit of 16.
     pub visibility: Handle<ShaderBuffer>,
     pub(super) visibility_size: UVec2,
     pub(crate) shader: DomeShader,
@@ -79,21 +82,22 @@ impl DomeTextures {
     }
 }
 
-/// Bytes of `Dome` in dome.wgsl before its views.
+/// Bytes of `Dome` in `dome.wgsl` before its views.
 pub(super) const VIEWS_HEADER_BYTES: usize = 4 * 16 + 64;
-/// Bytes of `DomeView` in dome.wgsl.
+/// Bytes of `DomeView` in `dome.wgsl`.
 pub(super) const VIEW_BYTES: usize = 48;
-/// Bytes of `DomeWeight` in dome.wgsl.
+/// Bytes of `DomeWeight` in `dome.wgsl`.
 pub(super) const WEIGHT_BYTES: usize = 12;
-/// Bytes of a sample in `visibility_pass.wgsl`.
+/// Bytes of one sample that `visibility_pass.wgsl` writes.
 const VISIBILITY_BYTES: usize = 8;
 
-/// A buffer for the shares of light that arrive at samples.
+/// Returns a buffer for the samples of the visibility pass.
 fn visibility_buffer(size: UVec2) -> ShaderBuffer {
     let bytes = size.element_product() as usize * VISIBILITY_BYTES;
     ShaderBuffer::new(&vec![0; bytes], RenderAssetUsages::RENDER_WORLD)
 }
 
+/// Fits the atlas to the number of shadow maps and to the resolution of the first dome.
 pub(super) fn fit_atlas(
     mut textures: ResMut<DomeTextures>,
     mut images: ResMut<Assets<Image>>,

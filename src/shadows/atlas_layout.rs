@@ -1,4 +1,4 @@
-//! The arrangement of shadow maps in the depth atlas.
+//! Arrangement of the shadow maps in the depth atlas.
 
 use super::fitted_dome::FittedDome;
 use bevy::{
@@ -8,14 +8,14 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
 };
 
-/// Largest edge of the atlas, if the device can do that; every WebGPU device can.
+/// Maximum edge of the atlas in texels. Every WebGPU device supports textures of this size.
 pub(super) const MAX_ATLAS_EDGE: u32 = 8192;
 
-/// Tiles that a key light's shadow map takes up in width and height.
+/// Width and height of a key light's shadow map in tiles.
 pub(super) const KEY_SPAN: u32 = 2;
 
-/// Arrangement of the tiles, row by row: all that see virtual casters, then all that see phantoms. Below them, in larger
-/// squares, those of key lights in the same order.
+/// Arrangement of the tiles, row by row: all tiles for virtual casters, then all tiles for phantoms. Below them
+/// follow the larger squares of key lights, in the same order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct AtlasLayout {
     pub directions: u32,
@@ -26,7 +26,7 @@ pub(super) struct AtlasLayout {
 }
 
 impl AtlasLayout {
-    /// With tiles of at most a resolution, in a texture of at most an edge.
+    /// Returns a layout whose tiles have at most the given resolution, in a texture with at most the given edge.
     pub(super) fn new(directions: u32, keys: u32, resolution: u32, max_edge: u32) -> Self {
         let tiles = 2 * directions;
         let columns = ((tiles + 2 * keys * KEY_SPAN * KEY_SPAN) as f32).sqrt().ceil().max(KEY_SPAN as f32) as u32;
@@ -38,17 +38,17 @@ impl AtlasLayout {
         Self { directions, keys, resolution, columns, rows }
     }
 
-    /// Whether there is a tile for every shadow map of a dome.
+    /// Returns whether there is a tile for every shadow map of a dome.
     pub(super) fn fits(&self, dome: &FittedDome) -> bool {
         (self.directions, self.keys) == (dome.direction_count(), dome.keys.len() as u32)
     }
 
-    /// All shadow maps: those of directions, then those of key lights.
+    /// Returns the number of shadow maps: those of directions, then those of key lights.
     pub(super) fn shadow_maps(&self) -> u32 {
         self.directions + self.keys
     }
 
-    /// Where in the atlas, in tiles, a direction or key light has the tiles for virtual casters and for phantoms.
+    /// Returns the corners, in tiles, of a direction's or key light's tiles for virtual casters and for phantoms.
     pub(super) fn corners(&self, index: u32) -> [UVec2; 2] {
         let first_row = (2 * self.directions).div_ceil(self.columns);
         [0, 1].map(|kind| match index.checked_sub(self.directions) {
@@ -63,7 +63,7 @@ impl AtlasLayout {
         })
     }
 
-    /// Texels along the edge of the tile of a direction or key light.
+    /// Returns the edge of the tile of a direction or key light in texels.
     pub(super) fn tile_edge(&self, index: u32) -> u32 {
         if index < self.directions { self.resolution } else { KEY_SPAN * self.resolution }
     }

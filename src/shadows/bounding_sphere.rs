@@ -1,14 +1,14 @@
-//! The sphere around all casters.
+//! Bounding sphere of all casters.
 
 use bevy::prelude::*;
 
-/// The last fitted sphere is kept while the casters fill at least this share of its radius.
+/// Minimum fraction of the last sphere's radius that the casters must fill to keep that sphere.
 const MIN_KEPT_FILL: f32 = 0.7;
-/// Spheres have radii that are powers of this, so that casters may grow a little before they leave theirs and the texels of
-/// shadow maps keep their size.
+/// Base of the radii: each radius is a power of it. So casters may grow a little before they leave their sphere, and
+/// the texels of shadow maps keep their size.
 const RADIUS_STEP: f32 = 1.125;
 
-/// Sphere around all casters.
+/// Sphere around casters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct BoundingSphere {
     pub center: Vec3,
@@ -16,7 +16,7 @@ pub(super) struct BoundingSphere {
 }
 
 impl BoundingSphere {
-    /// Sphere around spheres: about the middle of their common box, never empty.
+    /// Returns a sphere around spheres, centered in their common box. `None` if it would be empty or not finite.
     pub(super) fn around(spheres: &[BoundingSphere]) -> Option<Self> {
         let low = spheres.iter().map(|s| s.center - s.radius).reduce(Vec3::min)?;
         let high = spheres.iter().map(|s| s.center + s.radius).reduce(Vec3::max)?;
@@ -25,7 +25,8 @@ impl BoundingSphere {
         (center.is_finite() && radius.is_finite() && radius > 0.0).then_some(Self { center, radius })
     }
 
-    /// The last sphere if it still holds this one without being much too large; else this one, with some room to move.
+    /// Returns the last sphere if it still contains this one without being much too large, or else this one with some
+    /// margin.
     pub(super) fn or_keep(self, last: Option<Self>) -> Self {
         match last {
             Some(last)

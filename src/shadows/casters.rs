@@ -1,4 +1,4 @@
-//! What casts shadows, where it is and what shape it has.
+//! Meshes that cast shadows, with their transforms, bounds and poses.
 
 use super::{bounding_sphere::BoundingSphere, refresh::Movement};
 use crate::phantom::StageRole;
@@ -15,20 +15,21 @@ use bevy::{
     prelude::*,
 };
 
-/// On a mesh that is cut out by its texture's alpha: how, so that its shadow has the same holes. Put there by the materials.
+/// Alpha mask of a mesh, so that its shadow has the same holes. The materials insert it on meshes with
+/// [`AlphaMode::Mask`].
 #[derive(Component, Clone, Debug, PartialEq)]
 pub(crate) struct AlphaMask {
     pub(crate) texture: Handle<Image>,
-    /// Alpha of the material, by which the texture's is multiplied.
+    /// Alpha of the material, which is multiplied with that of the texture.
     pub(crate) alpha: f32,
-    /// Below this nothing is drawn.
+    /// Minimum alpha of what is drawn.
     pub(crate) cutoff: f32,
     pub(crate) uv_transform: Affine2,
-    /// Whether the texture is laid on by the mesh's second set of coordinates.
+    /// Whether the texture uses the mesh's second set of texture coordinates.
     pub(crate) uses_second_uv: bool,
 }
 
-/// A mesh as it is drawn into shadow maps.
+/// A mesh to draw into shadow maps.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Caster {
     entity: Entity,
@@ -36,14 +37,14 @@ pub(super) struct Caster {
     pub(super) world_from_local: Mat4,
     pub(super) is_phantom: bool,
     pub(super) sphere: BoundingSphere,
-    /// Of a skinned mesh: world from bind pose, per joint.
+    /// World from bind pose per joint of a skinned mesh; empty for other meshes.
     pub(super) joints: Vec<Mat4>,
-    /// Of a mesh with morph targets.
+    /// Weights of the morph targets; empty for a mesh without any.
     pub(super) morph_weights: Vec<f32>,
     pub(super) alpha_mask: Option<AlphaMask>,
 }
 
-/// How casters have moved since the last frame; `None` if not at all.
+/// Returns the movement of casters since the last frame, or `None` if nothing has changed.
 pub(super) fn movement(before: &[Caster], now: &[Caster]) -> Option<Movement> {
     if before == now {
         return None;
@@ -77,7 +78,7 @@ pub(super) struct CasterData {
     alpha_mask: Option<&'static AlphaMask>,
 }
 
-/// Everything that casts.
+/// System parameter that collects all casters.
 #[derive(SystemParam)]
 pub(super) struct Casters<'w, 's> {
     meshes: Query<'w, 's, CasterData, Without<NotShadowCaster>>,
@@ -90,6 +91,7 @@ pub(super) struct Casters<'w, 's> {
 }
 
 impl Casters<'_, '_> {
+    /// Returns all visible casters.
     pub(super) fn gather(&mut self) -> Vec<Caster> {
         for change in self.mesh_changes.read() {
             if let AssetEvent::Modified { id } | AssetEvent::Removed { id } = change {
@@ -103,7 +105,7 @@ impl Casters<'_, '_> {
         self.meshes.iter().filter_map(|item| self.caster(item)).collect()
     }
 
-    /// How far weights move vertices out of the rest pose at most, in units of the mesh.
+    /// Returns the maximum distance by which weights move vertices out of the rest pose, in units of the mesh.
     fn reach(&self, mesh: AssetId<Mesh>, weights: &[f32]) -> f32 {
         let reach = self.morph_reach.get(&mesh).map_or(&[][..], Vec::as_slice);
         weights.iter().zip(reach).map(|(weight, reach)| weight.abs() * reach).sum()
@@ -147,10 +149,11 @@ impl Casters<'_, '_> {
         }
     }
 
-    /// The matrices of a skin's joints, and a sphere around the posed mesh. None of both while anything is missing.
+    /// Returns the matrices of a skin's joints and a sphere around the posed mesh, or neither while anything is
+    /// missing.
     ///
-    /// How far the mesh reaches around a joint is taken from the rest pose: so far that no corner of its box is farther from
-    /// the nearest joint.
+    /// The reach of the mesh around each joint comes from the rest pose: it is the largest distance of a corner of the
+    /// bounding box from its nearest joint.
     fn joints(&self, skin: &SkinnedMesh, rest: &Aabb) -> (Vec<Mat4>, Option<BoundingSphere>) {
         let Some(bind_poses) = self.bind_poses.get(&skin.inverse_bindposes) else {
             return (vec![], None);
@@ -183,9 +186,9 @@ impl Casters<'_, '_> {
     }
 }
 
-/// Longest displacement of each morph target of a mesh whose data is on the CPU.
+/// Returns the longest displacement of each morph target of a mesh.
 fn morph_reach(mesh: Option<&Mesh>) -> Vec<f32> {
-    // A mesh that is only on the GPU has no data to look at.
+    // The data of a mesh that is only on the GPU cannot be read.
     let Some((targets, vertices)) = mesh.and_then(|mesh| Some((mesh.try_morph_targets().ok()?, mesh.count_vertices())))
     else {
         return vec![];

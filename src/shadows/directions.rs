@@ -1,17 +1,17 @@
-//! The directions of a dome, the part of the sphere each stands for, and the box their shadow maps look at.
+//! Directions of a dome, and the cells of the sphere for which they stand.
 
 use super::dome_light::DomeCoverage;
 use crate::environment_map::cube_directions;
 use bevy::prelude::*;
 use std::sync::Arc;
 
-/// Golden angle in radians: successive points of a Fibonacci lattice are this far apart in azimuth.
+/// Golden angle in radians: the difference in azimuth between successive points of a Fibonacci lattice.
 const GOLDEN_ANGLE: f32 = 2.399_963_2;
-/// Fewest directions below the horizon of a dome whose directions are given.
+/// Minimum number of directions below the horizon of a dome whose directions are given.
 const MIN_BELOW_DIRECTIONS: u32 = 16;
 
-/// Unit directions on the hemisphere around +Y, each standing for the same solid angle 2π/count (Fibonacci lattice). A single
-/// one points up.
+/// Returns unit directions on the hemisphere around +Y, which stand for equal solid angles 2π/count (Fibonacci
+/// lattice). A single direction points up.
 pub(super) fn hemisphere(count: u32) -> impl Iterator<Item = Vec3> {
     (0..count).map(move |i| {
         let height = if count == 1 { 1.0 } else { (i as f32 + 0.5) / count as f32 };
@@ -21,7 +21,7 @@ pub(super) fn hemisphere(count: u32) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// Unit directions on the whole sphere, each standing for the same solid angle 4π/count.
+/// Returns unit directions on the whole sphere, which stand for equal solid angles 4π/count.
 fn sphere(count: u32) -> impl Iterator<Item = Vec3> {
     (0..count).map(move |i| {
         let height = (2 * i + 1) as f32 / count as f32 - 1.0;
@@ -31,17 +31,17 @@ fn sphere(count: u32) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// Directions that share the light between them, in the dome's frame.
+/// Unit directions among which the light is divided, in the dome's frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Directions {
-    /// With shadow maps.
+    /// Directions with shadow maps.
     pub shadowed: Arc<[Vec3]>,
-    /// Below the horizon, without.
+    /// Directions below the horizon, without shadow maps.
     pub below: Arc<[Vec3]>,
 }
 
 impl Directions {
-    /// Spread evenly; those below a hemisphere are its mirror images.
+    /// Returns evenly spread directions. Those below a hemisphere are its mirror images.
     pub(super) fn spread(coverage: DomeCoverage, count: u32) -> Self {
         match coverage {
             DomeCoverage::Hemisphere => Self {
@@ -52,7 +52,7 @@ impl Directions {
         }
     }
 
-    /// Given ones; below them as many are spread as they are, or more.
+    /// Returns given directions, and below the horizon at least as many that are spread evenly.
     pub(super) fn given(coverage: DomeCoverage, shadowed: Arc<[Vec3]>) -> Self {
         let below = match coverage {
             DomeCoverage::Hemisphere => Self::spread(coverage, (shadowed.len() as u32).max(MIN_BELOW_DIRECTIONS)).below,
@@ -66,16 +66,16 @@ impl Directions {
     }
 }
 
-/// Division of the sphere among directions.
+/// Division of the sphere into one cell per direction.
 pub(super) struct Cells {
-    /// Direction (dome frame) and solid angle (steradian) of small patches, those of one cell together.
+    /// Direction (in the dome's frame) and solid angle (in steradians) of small patches, grouped by cell.
     pub patches: Vec<Vec4>,
-    /// First patch and one past the last, and 1 for what is below the horizon; per direction.
+    /// Per direction: the first patch, one past the last patch, and 1 if the direction is below the horizon.
     pub ranges: Vec<UVec4>,
 }
 
 impl Cells {
-    /// Gives every patch of the sphere, a texel of a cube, to the direction nearest to it.
+    /// Assigns every patch of the sphere, which is a texel of a cube, to the nearest direction.
     pub(super) fn new(directions: &Directions, cube_edge: u32) -> Self {
         let directions: Vec<Vec3> = directions.all().collect();
         let mut by_direction: Vec<Vec<Vec4>> = vec![Vec::new(); directions.len()];

@@ -1,9 +1,9 @@
-//! The component of a dome, its settings and what it reports.
+//! The component [`ShadowDomeLight`], its settings, and the state that it reports.
 
 use super::filter::ShadowFilter;
 use bevy::prelude::*;
 
-/// A dome of shadow-casting directions colored by the measured environment; its up axis is the entity's +Y.
+/// Dome of shadow-casting directions colored by the measured environment. The up axis of the dome is the entity's +Y.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -17,30 +17,30 @@ use bevy::prelude::*;
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[require(Transform, Visibility, DomeState)]
 pub struct ShadowDomeLight {
-    /// Number of directions with shadow maps, 1…1024 (clamped), spread evenly over what `coverage` says. A single one
-    /// points along the entity's +Y: the hand-placed light. Defaults to 64.
+    /// Number of directions with shadow maps, 1…1024 (clamped), spread evenly over the `coverage`. A single direction
+    /// points along the entity's +Y, for a light placed by hand. Defaults to 64.
     pub directions: u32,
-    /// Where the directions are. Defaults to the hemisphere above.
+    /// Part of the sphere over which the directions are spread. Defaults to the upper hemisphere.
     pub coverage: DomeCoverage,
-    /// How many of the strongest [`RealLight`]s have shadow maps of their own, twice as fine, with
-    /// penumbras as wide as the light is, 0…8 (clamped). Their part of the environment's light is taken from the directions
-    /// around them. Defaults to 2.
+    /// Maximum number of key lights, 0…8 (clamped): the strongest [`RealLight`](crate::lighting::RealLight)s, which
+    /// have their own shadow maps with twice the resolution and a penumbra as wide as the light requires. Their part
+    /// of the environment's light is taken from the directions around them. Defaults to 2.
     pub key_lights: u32,
-    /// Side of one direction's square shadow map in texels, 32…1024 (clamped; halved until the atlas fits the device's largest texture).
-    /// Defaults to 256.
+    /// Edge of one direction's square shadow map in texels, 32…1024 (clamped). It is halved until the atlas is at most
+    /// 8192 texels wide and high, or as large as the device's largest texture if that is smaller. Defaults to 256.
     pub resolution: u32,
-    /// How shadow maps are read. Defaults to bilinear: where many directions meet, their sum is smooth.
+    /// Filter of the shadow maps. Defaults to bilinear, because the sum over many directions is smooth anyway.
     pub filter: ShadowFilter,
-    /// Where visibility is computed. Defaults to every second pixel in both directions, interleaved.
+    /// Positions at which visibility is computed. Defaults to every second pixel in both directions, interleaved.
     pub samples: VisibilitySamples,
-    /// Directions whose shadow maps are drawn again in a frame in which casters move, 1 or more; raised where otherwise
-    /// one of the directions that give 90 % of the light would wait for more than eight frames. Defaults to 16.
+    /// Number of shadow maps to redraw in a frame in which casters move, at least 1. It is raised if one of the
+    /// directions that give 90 % of the light would otherwise wait for more than eight frames. Defaults to 16.
     pub refreshed_per_frame: u32,
-    /// Share of the dome's light, 0…1, whose directions are taken as unobstructed without a look at their shadow maps: the
-    /// dimmest ones. Defaults to 0.005.
+    /// Fraction of the dome's light to leave unshadowed, 0…1 (clamped; 0 if not finite). The dimmest directions, up
+    /// to this fraction in total, skip their shadow-map lookup. Defaults to 0.005.
     pub dim_share: f32,
-    /// Whether shadows also darken what virtual surfaces mirror of the environment, estimated from the diffuse light that
-    /// is missing. Defaults to `false`.
+    /// Whether shadows also darken reflections of the environment on virtual surfaces. The amount is estimated from the
+    /// missing diffuse light. Defaults to `false`.
     pub occludes_reflections: bool,
 }
 
@@ -61,51 +61,53 @@ impl Default for ShadowDomeLight {
 }
 
 impl ShadowDomeLight {
-    /// Most directions a dome can have.
+    /// Maximum number of directions of a dome.
     pub const MAX_DIRECTIONS: u32 = 1024;
 
-    /// Most key lights a dome can have.
+    /// Maximum number of key lights of a dome.
     pub const MAX_KEY_LIGHTS: u32 = 8;
 
-    /// The number of directions within its bounds.
+    /// Returns the number of directions, clamped to its range.
     pub(super) fn clamped_directions(&self) -> u32 {
         self.directions.clamp(1, Self::MAX_DIRECTIONS)
     }
 }
 
-/// Where a dome has shadow maps.
+/// Part of the sphere in which a dome has shadow maps.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum DomeCoverage {
-    /// Above the horizon; what comes from below is the light of the desk on which everything stands.
+    /// Above the horizon. Light from below comes from the desk on which everything stands.
     #[default]
     Hemisphere,
-    /// All around, for things that float or hang.
+    /// The whole sphere, for objects that float or hang.
     Sphere,
 }
 
-/// Where the sum over all directions is computed.
+/// Positions at which visibility is summed over all directions.
 ///
-/// All but the last need a depth and normal prepass, which is added to the camera they serve: the first active
-/// [`ArCamera`](crate::camera::ArCamera), without one the first active `Camera3d`. Fragments that no sample belongs to (thin
-/// things, transparent ones) and those of all other cameras compute it themselves.
+/// All variants except [`Fragment`](Self::Fragment) need a depth and normal prepass. The crate adds it to the camera
+/// with the visibility pass: the first active [`ArCamera`](crate::camera::ArCamera), or the first active `Camera3d`
+/// if there is none. Fragments without a matching sample (thin or transparent objects) and fragments of all other
+/// cameras compute the sum themselves.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum VisibilitySamples {
-    /// As [`Half`](Self::Half); but each sample sums up a quarter of the directions (and all key lights) and has the rest from
-    /// its neighbors on the same surface. Things thinner than six pixels are the less exact for it.
+    /// Like [`Half`](Self::Half), but each sample sums over a quarter of the directions (and all key lights) and
+    /// takes the rest from its neighbors on the same surface. Geometry thinner than six pixels gets less accurate
+    /// shadows.
     #[default]
     Interleaved,
-    /// At every second pixel in both directions, interpolated along surfaces.
+    /// One sample per 2 × 2 pixels, interpolated along surfaces.
     Half,
-    /// At every pixel.
+    /// One sample per pixel.
     Full,
-    /// In every fragment that materials draw, without a prepass. Exact and slow.
+    /// The sum is computed in every fragment that materials draw, without a prepass. Exact and slow.
     Fragment,
 }
 
 impl VisibilitySamples {
-    /// Pixels across one sample; 0 without samples.
+    /// Returns the width of one sample in pixels, or 0 without samples.
     pub(super) fn pixels(self) -> u32 {
         match self {
             Self::Interleaved | Self::Half => 2,
@@ -115,20 +117,21 @@ impl VisibilitySamples {
     }
 }
 
-/// What a [`ShadowDomeLight`] did in the last frame.
+/// State of a [`ShadowDomeLight`] in the last frame. Required by it; written by the crate.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct DomeState {
-    /// Number of meshes that cast.
+    /// Number of meshes that cast shadows.
     pub casters: u32,
-    /// Directions whose shadow maps were drawn in this frame.
+    /// Number of directions whose shadow maps were redrawn in this frame.
     pub redrawn: u32,
-    /// Directions whose shadow maps show casters where they no longer are.
+    /// Number of directions whose shadow maps show casters at old positions.
     pub outdated: u32,
-    /// The fewest directions that together give 90 % of the light, as it was read back from the GPU some frames ago.
+    /// Number of main directions: the smallest set that gives 90 % of the light, which is read back from the GPU with
+    /// a delay of some frames.
     pub main: u32,
-    /// Real lights that have shadow maps of their own.
+    /// Number of real lights that have their own shadow maps.
     pub key_lights: u32,
-    /// Frames since casters were last where the oldest of the main directions' shadow maps shows them.
+    /// Age of the oldest shadow map of the main directions: frames since the casters were where it shows them.
     pub oldest_main: u32,
 }

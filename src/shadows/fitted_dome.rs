@@ -1,4 +1,4 @@
-//! What the render world has to know of the dome.
+//! The dome as it is fitted to settings, casters and lights, and the choice of shadow maps to redraw.
 
 use super::{
     bounding_sphere::BoundingSphere,
@@ -13,38 +13,38 @@ use super::{
 use bevy::prelude::*;
 use std::sync::Arc;
 
-/// What the render world has to know of the dome.
+/// Everything that the render world needs to know about the dome.
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub(super) struct FittedDome {
-    /// None without a dome.
+    /// Empty without a dome.
     pub(super) directions: Directions,
-    /// The views of the directions with shadow maps if a file tells them; empty where all their light is parallel.
+    /// Views of the directions with shadow maps, from a file. Empty if all their light is parallel.
     pub(super) file_views: Arc<[LightView]>,
-    /// The places for key lights, taken or not.
+    /// Slots for key lights; some may be free.
     pub(super) keys: Vec<Option<KeyLight>>,
     pub(super) world_from_dome: Quat,
     pub(super) filter: ShadowFilter,
     pub(super) samples: VisibilitySamples,
     pub(super) dim_share: f32,
     pub(super) occludes_reflections: bool,
-    /// Whether the engine's lamps shine on phantoms.
+    /// Whether the scene has lamps of the engine, which shine on phantoms.
     pub(super) has_lamps: bool,
     pub(super) sphere: Option<BoundingSphere>,
     pub(super) casters: Vec<Caster>,
 }
 
 impl FittedDome {
-    /// How many directions have shadow maps, besides key lights.
+    /// Returns the number of directions with shadow maps, without key lights.
     pub(super) fn direction_count(&self) -> u32 {
         self.directions.shadowed.len() as u32
     }
 
-    /// How many shadow maps there are: of directions, then of key lights.
+    /// Returns the number of shadow maps: those of directions, then those of key lights.
     pub(super) fn shadow_maps(&self) -> u32 {
         self.direction_count() + self.keys.len() as u32
     }
 
-    /// The view of a direction with a shadow map, or of a key light; `None` on a free place.
+    /// Returns the view of a direction with a shadow map, or of a key light. `None` for a free slot.
     pub(super) fn view(&self, index: u32) -> Option<LightView> {
         let index = index as usize;
         match index.checked_sub(self.directions.shadowed.len()) {
@@ -56,7 +56,7 @@ impl FittedDome {
         }
     }
 
-    /// Whether all shadow maps have to be drawn anew after another dome.
+    /// Returns whether the dome has changed so much that all shadow maps must be redrawn.
     pub(super) fn differs_from(&self, old: &Self) -> bool {
         self.directions != old.directions
             || self.file_views != old.file_views
@@ -66,11 +66,11 @@ impl FittedDome {
     }
 }
 
-/// Which shadow maps are drawn again.
+/// Ages of the shadow maps, and the ones to redraw.
 #[derive(Resource, Default)]
 pub(super) struct Refreshing {
     pub(super) schedule: RefreshSchedule,
-    /// Directions to draw in this frame.
+    /// Directions to redraw in this frame.
     pub(super) chosen: Vec<u32>,
     /// Luminance × solid angle of each direction, read back from the GPU.
     pub(super) energies: Vec<f32>,
@@ -78,7 +78,8 @@ pub(super) struct Refreshing {
 }
 
 impl Refreshing {
-    /// Ages the shadow maps by one frame in which the dome, its key lights and casters may have changed.
+    /// Advances the ages of the shadow maps by one frame, in which the dome, its key lights and casters may have
+    /// changed.
     pub(super) fn follow(&mut self, old: &FittedDome, new: &FittedDome) {
         let direction = |index: u32| new.view(index).map(|view| view.direction);
         let (first_key, all) = (new.direction_count(), new.shadow_maps());

@@ -1,43 +1,45 @@
-//! The strongest real lights, which have shadow maps of their own.
+//! Choice of the key lights: the strongest real lights, which have their own shadow maps.
 
 use super::{bounding_sphere::BoundingSphere, dome_light::DomeCoverage, view::LightView};
 use crate::lighting::RealLight;
 use bevy::prelude::*;
 use std::f32::consts::TAU;
 
-/// A real light on one of the dome's slots for key lights.
+/// A real light in one of the dome's slots for key lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct KeyLight {
     id: u32,
     pub(super) view: LightView,
-    /// Towards the light as the environment map shows it, world space.
+    /// Direction towards the light in the environment map, in world space.
     pub(super) direction_in_map: Vec3,
     pub(super) angular_radius: f32,
 }
 
-/// A key light loses its slot only to one stronger by this factor.
+/// Minimum ratio of strengths at which another light takes over the slot of a key light.
 const MIN_REPLACING_RATIO: f32 = 1.25;
-/// What moves less than this from picture to picture (radians), or grows less than by this share, is noise.
+/// Minimum turn of a key light from frame to frame, in radians. Smaller ones are noise.
 const MIN_TURN: f32 = 0.003;
+/// Minimum change of a key light's angular radius from frame to frame, as a fraction. Smaller ones are noise.
 const MIN_GROWTH: f32 = 0.1;
-/// Lights wider than this share of the radius of a direction's cell are shown better by the directions.
+/// Maximum angular radius of a key light, as a fraction of the radius of a direction's cell. The directions represent
+/// wider lights better.
 const MAX_CELL_FRACTION: f32 = 1.0;
 
-/// The dome that looks for key lights.
+/// What the choice of key lights depends on, besides the lights.
 pub(super) struct KeySearch<'a> {
     pub(super) slots: u32,
     pub(super) directions: u32,
     pub(super) coverage: DomeCoverage,
     pub(super) up: Vec3,
-    /// Where the light was measured.
+    /// Position at which the light was measured.
     pub(super) measured_from: Option<Vec3>,
     pub(super) casters: Option<BoundingSphere>,
     pub(super) last: &'a [Option<KeyLight>],
 }
 
 impl KeySearch<'_> {
-    /// The strongest lights that are smaller than what one direction stands for. Those that were key lights keep their
-    /// slots.
+    /// Returns the strongest lights that are smaller than a direction's cell, by slot. Lights that were key lights
+    /// before keep their slots.
     pub(super) fn choose<'l>(&self, lights: impl Iterator<Item = &'l RealLight>) -> Vec<Option<KeyLight>> {
         let whole = if self.coverage == DomeCoverage::Hemisphere { TAU } else { 2.0 * TAU };
         let cell_radius = (1.0 - whole / (TAU * self.directions.max(1) as f32)).clamp(-1.0, 1.0).acos();

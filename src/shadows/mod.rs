@@ -1,60 +1,69 @@
-//! A dome of shadow directions colored by the measured environment.
+//! Soft, colored shadows from a dome of directional shadow maps lit by the measured environment.
 //!
-//! **Enters:** the meshes of the stage, the environment cube of a probe or, without one, the camera's `EnvironmentMapLight`,
-//! [`RealLight`]s, a [`ShadowDomeLight`]. **Leaves:** [`DomeTextures`]: one depth atlas and two buffers from which materials
-//! compute, per pixel and color channel, which share of the light arrives (`visibility.wgsl`), and a third with what the
-//! visibility pass has computed for one camera.
+//! **Enters:** the meshes of the scene, the environment cube of a probe (or the camera's `EnvironmentMapLight` if
+//! there is no probe), [`RealLight`]s, and a [`ShadowDomeLight`]. **Leaves:** [`DomeTextures`]: one depth atlas and
+//! two buffers from which materials compute the fraction of light that arrives, per pixel and color channel
+//! (`render/visibility.wgsl`), and a third buffer with the results of the visibility pass for one camera.
 //!
-//! # How
-//! Every direction is an orthographic view fitted to one sphere around all casters, a tile in one depth atlas. Casters are
-//! drawn once per mesh, instanced over the directions: static, moving, skinned, morphed and alpha-masked meshes, both sides;
-//! `NotShadowCaster` keeps one out. Each direction has two tiles: one sees virtual casters, one phantoms, because a real shadow
-//! is in the picture already and must not be drawn again.
+//! # Method
+//! Each direction is an orthographic view, fitted to one sphere around all casters, and has a tile in the depth
+//! atlas. Casters are drawn with one call per mesh, instanced over the directions: static, moving, skinned, morphed
+//! and alpha-masked meshes, both sides of each face. `NotShadowCaster` excludes a mesh. Each direction has two tiles,
+//! one for virtual casters and one for phantoms, because the camera's frame already contains the shadows of real
+//! things, which must not be drawn again.
 //!
-//! With L(d) = environment radiance × solid angle in direction d, and `V_v`, `V_p` the visibility past virtual casters and
-//! phantoms:
-//! - a phantom shows `camera × Σ V_v·V_p·L·(n·d)₊ / Σ V_p·L·(n·d)₊`: each light takes away only its own color, what already
-//!   lies in a real shadow is not darkened twice, and where nothing virtual is in the way the picture stays untouched;
-//! - a virtual surface keeps `Σ V_v·[V_p·L + (1−V_p)·L_p]·(n·d)₊ / Σ L·(n·d)₊` of its diffuse image-based light: a phantom
-//!   that hides a direction sends its own light `L_p` instead (the mean of the map below the horizon). Reflections stay as
-//!   they are unless `occludes_reflections` is set.
+//! Let L(d) be the environment's radiance × solid angle in direction d, and `V_v` and `V_p` the visibility past
+//! virtual casters and past phantoms:
+//! - A phantom shows `camera × Σ V_v·V_p·L·(n·d)₊ / Σ V_p·L·(n·d)₊`. Blocking a light removes only that light's
+//!   color, real shadows are not darkened twice, and the frame stays unchanged where nothing virtual is in the way.
+//! - A virtual surface keeps the fraction `Σ V_v·[V_p·L + (1−V_p)·L_p]·(n·d)₊ / Σ L·(n·d)₊` of its diffuse
+//!   image-based light. A phantom that hides a direction contributes its own light `L_p` instead, which is the mean
+//!   of the map below the horizon. Reflections are unchanged unless `occludes_reflections` is set.
 //!
-//! Directions below the horizon take part in the sums without shadow maps: what comes from there is the desk's light.
+//! Directions below the horizon take part in the sums but have no shadow maps: their light comes from the desk.
 //!
-//! The sums are taken in a compute pass at every pixel or every second one, where a depth and normal prepass says which surface
-//! is there, and interpolated along surfaces ([`VisibilitySamples`]). By default each of 2 × 2 samples looks at every fourth
-//! direction, in the order of their light, and has the sums of the others from its neighbors (interleaved sampling, Keller and
-//! Heidrich 2001). Other cameras, transparent surfaces and edges too thin for a sample sum in the fragment.
+//! A compute pass sums at every pixel or at every second one, reads the surface from a depth and normal prepass, and
+//! materials interpolate its samples along surfaces ([`VisibilitySamples`]). By default, each of 2 × 2 samples sums
+//! over every fourth direction, ordered by strength, and takes the sums over the other directions from its neighbors
+//! (interleaved sampling, Keller and Heidrich 2001). Other cameras, transparent surfaces, and edges too thin for a
+//! sample sum in the fragment shader.
 //!
 //! # Directions
-//! They are spread evenly (a Fibonacci lattice), or a [`LightsFile`] says where directional and spot lights are
-//! ([`DomeLights`]). Each stands for the part of the sphere that is nearest to it. A dome with one direction is a hand-placed light.
+//! Directions are spread evenly (a Fibonacci lattice), or a [`LightsFile`] lists directional lights and spot lights
+//! ([`DomeLights`]). Each direction stands for its cell: the part of the sphere that is nearest to it. A dome with a
+//! single direction is a light placed by hand.
 //!
-//! The strongest real lights that are smaller than such a part are *key lights*: each has its own direction, a shadow map twice
-//! as fine, a penumbra as wide as its angular radius makes it (PCSS), and the light of the map within a cone of 1¼ angular
-//! radii and 1½ texels; the directions around have the rest. So all light is counted once, whatever is known of the lamps. One
-//! whose position is known shines from there and falls off with the square of the distance. The environment cube keeps the
-//! light of key lights for reflections.
+//! The strongest real lights that are smaller than a cell are *key lights*. Each has its own direction, a shadow map
+//! with twice the resolution, a penumbra as wide as its angular radius requires (PCSS), and the light of the map
+//! within a cone of 1¼ angular radii plus 1½ texels. The directions around it keep the rest. So all light is counted
+//! exactly once, however much is known about the lamps. A key light with a known position shines from there and falls
+//! off with the square of the distance. The environment cube keeps the light of key lights, for reflections.
 //!
 //! # Cost
-//! One draw call per caster mesh whatever the number of directions. While nothing moves nothing is redrawn; while something
-//! does, `refreshed_per_frame` shadow maps by light × age × movement, so that those which give 90 % of the light are never older
-//! than eight frames ([`DomeState`] tells). Weights are summed when the environment is written. A sample takes one
-//! lookup per direction and kind of casters, of a quarter of the directions if they are interleaved; a key light 12 per kind, where
-//! it finds casters 20 more. The atlas has `2 · directions · resolution²` texels of four bytes, and four times as many for a key
-//! light: 34 + 4 MB by default.
+//! One draw call per caster mesh, whatever the number of directions. Nothing is redrawn while nothing moves. While
+//! casters move, `refreshed_per_frame` shadow maps are redrawn per frame, chosen by light × age × movement, so that
+//! the directions that give 90 % of the light are never older than eight frames ([`DomeState`] reports this). Weights
+//! are summed when the environment is written. A sample takes one lookup per direction and kind of caster, or a
+//! quarter of that if samples are interleaved. A key light takes 12 lookups per kind, and 20 more where it finds
+//! casters. The atlas has `2 · directions · resolution²` texels of four bytes, and four times as many per key light:
+//! 34 + 4 MB by default.
 //!
-//! # How true
-//! Against 4096 rays under an even sky the root of the mean squared error is 0.010 with 64 directions and 0.006 with 256; under
-//! real skies without key lights 0.01 to 0.1 with 64 (`tests/shadow_truth.rs`); with a key light that gives two thirds of the
-//! light 0.007, without 0.05. `benches/shadows.rs` compares with the engine's shadows.
+//! # Accuracy
+//! Compared with 4096 rays under a uniform sky, the root mean square error is 0.010 with 64 directions and 0.006 with
+//! 256. Under real skies without key lights it is 0.01 to 0.1 with 64 directions (`tests/shadow_truth.rs`). With a
+//! key light that gives two thirds of the light it is 0.007, without that key light 0.05. `benches/shadows.rs`
+//! compares with Bevy's shadows.
 //!
 //! # Limits
-//! One dome at a time, one camera with a visibility pass. Lines, points and meshes without triangles do not cast. The visibility
-//! pass reads the first sample of a multisampled prepass, where that lies in its pixel. Beside Bevy's order-independent
-//! transparency its buffers go beyond WebGPU's default of 8 in a fragment shader.
+//! One dome at a time, and one camera with a visibility pass. Lines, points and meshes without triangles do not cast.
+//! The visibility pass reads the first sample of a multisampled prepass, at the position of that sample within its
+//! pixel. Together with Bevy's order-independent transparency, the buffers exceed WebGPU's default of 8 in a fragment
+//! shader.
 //!
-//! Sources: Supan 2006 (row C8), whose dome subtracts blocked light with one map refreshed per frame; Fernando 2005 for PCSS (C3).
+//! Sources: Supan 2006, whose dome subtracts blocked light and refreshes one map per frame; Fernando 2005 for
+//! percentage-closer soft shadows (PCSS); Keller and Heidrich 2001 for interleaved sampling.
+//!
+//! [`RealLight`]: crate::lighting::RealLight
 
 mod atlas;
 mod atlas_layout;
@@ -95,7 +104,7 @@ use fitted_dome::{FittedDome, Refreshing};
 use lights_file::LightsFileLoader;
 use visibility_camera::VisibilityCamera;
 
-/// Draws and weighs domes of shadow directions.
+/// Draws the shadow maps of a [`ShadowDomeLight`] and sums the light that arrives at surfaces.
 pub struct ShadowsPlugin;
 
 impl Plugin for ShadowsPlugin {

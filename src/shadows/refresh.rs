@@ -1,18 +1,18 @@
-//! Which shadow maps are drawn again, and when.
+//! Ages of the shadow maps, and the choice of those to redraw.
 
 use bevy::prelude::*;
 
-/// The directions that together make this share of the energy are the main ones.
+/// Fraction of the energy that the main directions give together.
 const MAIN_ENERGY_FRACTION: f32 = 0.9;
-/// No main direction shows casters where they were more than this many frames ago.
+/// Maximum age of the shadow map of a main direction, in frames.
 const MAX_MAIN_AGE: u32 = 8;
 
-/// How casters have moved from one frame to the next.
+/// Movement of casters from one frame to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Movement {
     /// Sum of Δ Δᵀ over the movements of centers, in m².
     moment: Mat3,
-    /// Sum of the squared radii of what has replaced, bent, come or gone, in m².
+    /// Sum of the squared radii of casters that have turned, bent, appeared or disappeared, in m².
     reshaped: f32,
 }
 
@@ -23,22 +23,24 @@ impl Default for Movement {
 }
 
 impl Movement {
+    /// Adds a movement of a caster's center.
     pub(super) fn shift(&mut self, by: Vec3) {
         self.moment += Mat3::from_cols(by * by.x, by * by.y, by * by.z);
     }
 
+    /// Adds a caster that has turned, bent, appeared or disappeared.
     pub(super) fn reshape(&mut self, radius: f32) {
         self.reshaped += radius * radius;
     }
 
-    /// Root of the squared movements as a light of a direction sees them, in metres.
+    /// Returns the root of the sum of squared movements as seen from a light in a direction, in meters.
     fn seen_from(&self, direction: Vec3) -> f32 {
         let trace = self.moment.x_axis.x + self.moment.y_axis.y + self.moment.z_axis.z;
         (trace - direction.dot(self.moment * direction) + self.reshaped).max(0.0).sqrt()
     }
 }
 
-/// The directions of a dome and how old their shadow maps are.
+/// Directions of a dome with the ages of their shadow maps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RefreshSchedule {
     directions: Vec<DirectionAge>,
@@ -46,16 +48,16 @@ pub(super) struct RefreshSchedule {
 
 #[derive(Clone, Copy, Debug)]
 struct DirectionAge {
-    /// None for a place that is not taken.
+    /// `None` for a free slot.
     direction: Option<Vec3>,
-    /// Frames since casters were last where the shadow map shows them; 0 for one that is true.
+    /// Frames since casters were where the shadow map shows them; 0 if the shadow map is up to date.
     age: u32,
-    /// How far they have gone since, in metres.
+    /// Distance that casters have moved since then, in meters; `f32::MAX` for a shadow map that was never drawn.
     movement: f32,
 }
 
 impl DirectionAge {
-    /// Of a shadow map that was never drawn.
+    /// Returns the age of a shadow map that was never drawn.
     fn new(direction: Option<Vec3>) -> Self {
         match direction {
             Some(_) => Self { direction, age: MAX_MAIN_AGE, movement: f32::MAX },
@@ -68,7 +70,7 @@ impl DirectionAge {
     }
 }
 
-/// The state of a dome after a frame's choice.
+/// Statistics of a dome's shadow maps after the choice of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Ages {
     pub outdated: u32,
@@ -77,19 +79,20 @@ pub(super) struct Ages {
 }
 
 impl RefreshSchedule {
-    /// A dome whose shadow maps are all still to be drawn.
+    /// Returns the schedule of a dome whose shadow maps were never drawn.
     pub(super) fn new(directions: impl Iterator<Item = Option<Vec3>>) -> Self {
         Self { directions: directions.map(DirectionAge::new).collect() }
     }
 
-    /// Gives one of the directions up for another, for the same one seen anew or for none.
+    /// Replaces one direction by another one or by none. Its shadow map counts as never drawn, also if the direction
+    /// is the same.
     pub(super) fn replace(&mut self, index: usize, direction: Option<Vec3>) {
         if let Some(replaced) = self.directions.get_mut(index) {
             *replaced = DirectionAge::new(direction);
         }
     }
 
-    /// Lets a frame pass in which casters have moved, or not.
+    /// Advances all ages by one frame, in which casters may have moved.
     pub(super) fn advance(&mut self, movement: Option<Movement>) {
         for aged in &mut self.directions {
             if let (Some(movement), Some(direction)) = (movement, aged.direction) {
@@ -105,7 +108,7 @@ impl RefreshSchedule {
         self.directions.iter().any(|direction| direction.age > 0)
     }
 
-    /// The main directions, by energy: the fewest that make most of it.
+    /// Returns the main directions by descending energy: the smallest set that gives most of the energy.
     fn main_directions(&self, energies: &[f32]) -> Vec<usize> {
         let energy = |i: usize| energies.get(i).copied().unwrap_or(1.0).max(0.0);
         let mut order: Vec<usize> =
@@ -121,8 +124,9 @@ impl RefreshSchedule {
         order.into_iter().take_while(is_needed).collect()
     }
 
-    /// Chooses the directions to draw again: as many of the longest outdated main ones as it takes that none of them gets
-    /// older than eight frames, then up to `budget` by energy × age × movement. What was never drawn is drawn at once, besides.
+    /// Chooses the directions to redraw: first as many of the oldest main directions as are needed to keep all of
+    /// them below eight frames, then others by energy × age × movement, up to `budget` in total. Directions that were
+    /// never drawn are always chosen and do not count towards the budget.
     pub(super) fn choose(&mut self, budget: u32, energies: &[f32]) -> (Vec<u32>, Ages) {
         let main = self.main_directions(energies);
         let (drawn, mut chosen): (Vec<usize>, Vec<usize>) =

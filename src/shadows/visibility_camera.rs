@@ -15,7 +15,7 @@ use bevy::{
 /// Marks the camera whose visibility is computed in a pass of its own.
 #[derive(Component, ExtractComponent, Clone, Copy, Debug)]
 pub(super) struct VisibilityCamera {
-    /// Whether this crate has added the depth prepass, and removes it when the camera loses the visibility pass.
+    /// Whether this crate has added the depth prepass. It is removed when the camera loses the visibility pass.
     adds_depth: bool,
     /// The same for the normal prepass.
     adds_normals: bool,
@@ -44,8 +44,8 @@ pub(super) struct CameraData {
     has_normals: Has<NormalPrepass>,
 }
 
-/// Gives the visibility pass to the first active camera that shows the real world, or else to the first active camera, and fits
-/// the buffer of samples to it.
+/// Gives the visibility pass to the first active camera that shows the real world, or to the first active camera if
+/// there is none, and fits the buffer of samples to it.
 pub(super) fn choose_visibility_camera(
     mut commands: Commands,
     mut textures: ResMut<DomeTextures>,
@@ -74,7 +74,7 @@ pub(super) fn choose_visibility_camera(
             wanted = UVec2::new(size.x.div_ceil(pixels), size.y.div_ceil(pixels));
         }
     }
-    // Only a real change may mark the textures as changed.
+    // An assignment without a change of size would still mark the textures as changed.
     if textures.visibility_size != wanted {
         textures.resize_visibility(wanted, &mut buffers);
     }

@@ -33,7 +33,8 @@ pub(super) struct CasterBuffers {
 }
 
 impl CasterBuffers {
-    /// Adds a caster and returns its index. `vertices` and `displacements` are the ranges of its mesh in Bevy's buffers.
+    /// Adds a caster and returns its index. `vertices` and `displacements` are the ranges of its mesh in Bevy's
+    /// buffers.
     pub(super) fn push(
         &mut self,
         caster: &Caster,

@@ -1,29 +1,29 @@
-// Layout of the dome's views, shared by the pass that draws shadow maps and by everything that reads them.
+// Layout of the dome's views and weights, shared by the passes that write them and the shaders that read them.
 
 #define_import_path bevy_mirrorball::shadows::render::dome
 
-/// Mirror of `DomeViewUniform` in `view.rs`. Packed: every invocation reads one per direction.
+/// Mirror of `DomeViewUniform` in `view.rs`. Packed, because every invocation reads one per direction.
 struct DomeView {
-    /// Vectors to the right and upwards across the tile, six components as signed 16-bit fractions. Unit vectors whose cross
-    /// product points towards the light; of a spot only as long as the tile's shape asks for.
+    /// Right and up vectors of the tile, six components as signed 16-bit fractions. They are unit vectors whose cross
+    /// product points towards the light. In perspective, the one along the tile's longer side is shorter.
     axes_low: u32,
     axes_mid: u32,
     axes_high: u32,
-    /// 1 ÷ half the width of the tile's view, in metres. Below 0 for a spot: −1 ÷ the tangent of half its field of view.
+    /// 1 ÷ half the width of the view in meters. In perspective: −1 ÷ the tangent of half the field of view.
     scale: f32,
-    /// Where the view looks at, in the world; of a spot where it is.
+    /// Center of the view in world space; in perspective the position of the light.
     center: vec3f,
-    /// Of the tiles for virtual casters and phantoms in the atlas, in tiles: x, y, x, y, eight bits each.
+    /// Corners in the atlas of the tiles for virtual casters and for phantoms, in tiles: x, y, x, y, eight bits each.
     corners: u32,
-    /// Of a spot: its depth is the first ÷ distance + the second.
+    /// Depth in perspective: x ÷ distance + y.
     depth: vec2f,
-    /// Of a key light: radius of penumbras in tile widths, per unit of depth.
+    /// Radius of a key light's penumbras in tile widths, per unit of depth.
     penumbra_scale: f32,
-    /// Of a key light that is near: metres from it to where its light was measured; 0 for others.
+    /// Distance in meters from a near key light to the position at which its light was measured; 0 for other lights.
     measured_at: f32,
 }
 
-/// Unit vectors of a view.
+/// Axes of a view.
 struct Axes {
     right: vec3f,
     up: vec3f,
@@ -51,7 +51,8 @@ struct Dome {
     sample_pixels: u32,
     /// 1 if reflections are occluded, too; otherwise 0.
     occludes_reflections: u32,
-    /// Bits: 1 if there are virtual casters in the atlas, 2 if there are phantoms, 4 if the scene has lamps of the engine.
+    /// Bits: 1 if there are virtual casters in the atlas, 2 if there are phantoms, 4 if the scene has lamps of the
+    /// engine.
     scene_flags: u32,
     /// Index of the first key light.
     first_key: u32,
@@ -62,13 +63,14 @@ struct Dome {
     views: array<DomeView>,
 }
 
-/// One direction's light, packed; see weights_pass.wgsl.
+/// Light of one direction, packed. `weights_pass.wgsl` writes it.
 struct DomeWeight {
-    /// Radiance × solid angle: red and green, then blue and the solid angle in steradian, as 16-bit floats.
+    /// Radiance × solid angle in red and green, as 16-bit floats.
     rg: u32,
+    /// The same in blue, then the solid angle in steradians.
     b_solid_angle: u32,
-    /// The direction with shadow maps that comes at this place when they are ordered by their light. Behind the last
-    /// direction: how many of them are worth a look.
+    /// Direction with shadow maps that has this rank when they are ordered by their light. In the entry behind the last
+    /// direction: the number of directions that are bright enough for a shadow-map lookup.
     ranked: u32,
 }
 
@@ -94,13 +96,14 @@ fn unpack_axes(axes_low: u32, axes_mid: u32, axes_high: u32) -> Axes {
     return Axes(right, up, cross(right, up));
 }
 
-/// Position in a view's tile of a place relative to the view's center: xy -1…1 (+y up), z 0…1, larger nearer to the light.
+/// Position in a view's tile of an offset from the view's center: xy -1…1 (+y up), z 0…1, larger is nearer to the
+/// light.
 fn tile_position(axes: Axes, scale: f32, offset: vec3f) -> vec3f {
     let pos = vec3f(dot(axes.right, offset), dot(axes.up, offset), dot(axes.direction, offset)) * scale;
     return vec3f(pos.xy, pos.z * 0.5 + 0.5);
 }
 
-/// Position in a view's tile of a place in the world, still to be divided by w.
+/// Homogeneous position in a view's tile of a world-space position.
 fn project(view: DomeView, pos_world: vec3f) -> vec4f {
     let axes = unpack_axes(view.axes_low, view.axes_mid, view.axes_high);
     let offset = pos_world - view.center;
@@ -117,7 +120,7 @@ fn tile_corner(corners: u32, kind: u32) -> vec2f {
     return vec2f(vec2u(corners >> (16u * kind), corners >> (16u * kind + 8u)) & vec2u(255u));
 }
 
-/// Width of a tile in ordinary ones.
+/// Width of a tile in ordinary tiles.
 fn tile_span(key_span: f32, index: u32, first_key: u32) -> f32 {
     return select(1.0, key_span, index >= first_key);
 }

@@ -35,7 +35,8 @@ impl Gpu<'_> {
         self.device.create_bind_group(label, &self.pipeline_cache.get_bind_group_layout(layout), entries)
     }
 
-    /// Returns a written storage buffer. It holds `filler` if there are no values, because an empty buffer cannot be bound.
+    /// Returns a written storage buffer. It holds `filler` if there are no values, because an empty buffer cannot be
+    /// bound.
     pub(super) fn storage_buffer<T: ShaderSize + WriteInto>(
         &self,
         label: &'static str,

@@ -1,7 +1,7 @@
-// Shadow maps of the dome: what casters leave of a direction's light at a place.
+// Lookups of the dome's shadow maps: the visibility of a direction's light from a position.
 //
-// Definitions: at most one of FILTER_NEAREST, FILTER_GAUSS, FILTER_PCF and FILTER_PCSS; without any, 2 × 2 texels are
-// compared bilinearly. SPOTS: lights may be near.
+// Definitions: at most one of FILTER_NEAREST, FILTER_GAUSS, FILTER_PCF and FILTER_PCSS; without any of them, 2 × 2
+// texels are compared bilinearly. SPOTS: some views may be in perspective.
 
 #define_import_path bevy_mirrorball::shadows::render::maps
 
@@ -13,21 +13,21 @@
 
 const VIRTUAL_CASTERS: u32 = 0u;
 const PHANTOM_CASTERS: u32 = 1u;
-/// A surface looks at its own shadow map this many texels above itself, and more by the radius of the filter.
+/// Offset of a surface in texels against shadows on itself, to which the radius of the filter is added.
 const SELF_SHADOW_OFFSET: f32 = 1.5;
-/// Samples by which PCSS looks for what blocks the light.
+/// Samples of the blocker search of PCSS.
 const BLOCKER_SAMPLES: i32 = 12;
 /// Samples of the penumbra that PCSS averages.
 const PENUMBRA_SAMPLES: i32 = 20;
-/// Rows of the matrix that turns by the golden angle.
+/// Rows of the rotation matrix by the golden angle.
 const GOLDEN_TURN: vec4f = vec4f(-0.737369, -0.675490, 0.675490, -0.737369);
-/// Depth changes by at most this much per width of a tile, for surfaces along the light.
+/// Maximum change of depth per width of a tile, for surfaces that are nearly parallel to the light.
 const MAX_DEPTH_GRADIENT: f32 = 8.0;
-/// A near lamp is at most this many times as bright as where it was measured.
+/// Maximum brightness of a near lamp, relative to the position at which it was measured.
 const MAX_NEAR_GAIN: f32 = 1e3;
 
-/// Share of a direction's light that reaches a position in its tile (-1…1, depth) on a surface whose depth changes by a
-/// gradient, per width of the tile.
+/// Fraction of a direction's light that reaches a position in its tile (xy -1…1, depth). `gradient` is the change of
+/// the surface's depth per width of the tile.
 fn compare(corner: vec2f, pos: vec3f, gradient: vec2f) -> f32 {
     let depth = clamp(pos.z, 0.0, 1.0);
     let texel = 1.0 / (vec2f(dome.atlas_tiles) * dome.tile_resolution);
@@ -59,12 +59,14 @@ fn compare(corner: vec2f, pos: vec3f, gradient: vec2f) -> f32 {
 #endif
 }
 
-/// A key light's or soft direction's tile around a position in it.
+/// Window of a tile around a position, for soft shadows.
 struct Window {
-    /// In the atlas: of the position, of the tile's texels, the size of the tile and of a texel.
+    /// Texture coordinates of the position.
     center: vec2f,
+    /// Texture coordinates of the centers of the tile's first and last texel.
     low: vec2f,
     high: vec2f,
+    /// Size of the tile and of a texel in texture coordinates.
     tile: vec2f,
     texel: vec2f,
     depth: f32,
@@ -79,13 +81,13 @@ fn window(corner: vec2f, span: f32, pos: vec3f, gradient: vec2f) -> Window {
     return Window(center, low + 0.5 * texel, low + tile - 0.5 * texel, tile, texel, clamp(pos.z, 0.0, 1.0), gradient);
 }
 
-/// Where a sample is, and the depth that the surface has there.
+/// Texture coordinates of a sample, and the depth of the surface there.
 fn sample_place(area: Window, offset: vec2f) -> vec3f {
     let uv = clamp(area.center + offset, area.low, area.high);
     return vec3f(uv, clamp(area.depth + dot(area.gradient, (uv - area.center) / area.tile), 0.0, 1.0));
 }
 
-/// How many of the samples within a light's reach are in front of the surface, and their mean depth.
+/// Number of samples within the light's reach that are in front of the surface, and their mean depth.
 fn find_blockers(area: Window, penumbra_scale: f32) -> vec2f {
     let search = max((1.0 - area.depth) * penumbra_scale * area.tile, area.texel);
     var count = 0.0;
@@ -103,10 +105,11 @@ fn find_blockers(area: Window, penumbra_scale: f32) -> vec2f {
     return vec2f(count, depth_sum / max(count, 1.0));
 }
 
-/// Percentage-closer soft shadow (Fernando 2005). Penumbras are as wide as blockers are apart from the receiver in depth, times
-/// a spread: for parallel light twice the tangent of the light's angular radius, since a tile is as deep as it is wide; the
-/// depth of spots is one of inverse distances, in which the law has the same form. What is around is compared with the plane of
-/// the surface, which would shadow itself otherwise. Samples lie on a spiral of Vogel (1979).
+/// Percentage-closer soft shadow (Fernando 2005). The radius of the penumbra is the difference in depth between
+/// blockers and receiver, times `penumbra_scale`. For parallel light the scale is the tangent of the light's angular
+/// radius, because a tile is as deep as it is wide. In perspective the depth is one of inverse distances, for which
+/// the law has the same form. Samples are compared with the plane of the surface, which would otherwise shadow
+/// itself, and lie on a spiral (Vogel 1979).
 fn percentage_closer_soft_shadow(area: Window, penumbra_scale: f32) -> f32 {
     let blockers = find_blockers(area, penumbra_scale);
     if blockers.x == 0.0 {
@@ -123,13 +126,13 @@ fn percentage_closer_soft_shadow(area: Window, penumbra_scale: f32) -> f32 {
     return sum / f32(PENUMBRA_SAMPLES);
 }
 
-/// A direction as a place sees it.
+/// A position projected into the tile of a direction.
 struct TilePoint {
     index: u32,
     axes: Axes,
     scale: f32,
     pos_world: vec3f,
-    /// In the tile.
+    /// Position in the tile.
     pos: vec3f,
 }
 
@@ -141,7 +144,7 @@ fn axes_of(index: u32) -> Axes {
     return unpack_axes(dome.views[index].axes_low, dome.views[index].axes_mid, dome.views[index].axes_high);
 }
 
-/// Towards the light of a direction from a place; w: how much of its light there is of what was measured.
+/// Unit vector from a position towards the light of a direction; w: the light there relative to the measured light.
 fn light_at(index: u32, axes: Axes, pos_world: vec3f) -> vec4f {
 #ifdef SPOTS
     if dome.views[index].scale < 0.0 {
@@ -155,20 +158,20 @@ fn light_at(index: u32, axes: Axes, pos_world: vec3f) -> vec4f {
     return vec4f(axes.direction, 1.0);
 }
 
-/// The view of a direction, and where in it a place lies.
+/// Projects a position into the tile of a direction.
 fn tile_point(index: u32, axes: Axes, pos_world: vec3f) -> TilePoint {
     let scale = dome.views[index].scale;
 #ifdef SPOTS
     if scale < 0.0 {
         let pos = project(dome.views[index], pos_world);
-        // What is behind a spot is outside its picture.
+        // Positions behind the light are outside the tile.
         return TilePoint(index, axes, scale, pos_world, select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0));
     }
 #endif
     return TilePoint(index, axes, scale, pos_world, tile_position(axes, scale, pos_world - dome.views[index].center));
 }
 
-/// How the depth of a surface changes across a tile, per width of the tile to the right and down.
+/// Change of a surface's depth per width of the tile, to the right and down.
 fn depth_gradient(point: TilePoint, normal: vec3f) -> vec2f {
     let across = vec2f(dot(point.axes.right, normal), -dot(point.axes.up, normal));
     var along = dot(point.axes.direction, normal);
@@ -181,8 +184,8 @@ fn depth_gradient(point: TilePoint, normal: vec3f) -> vec2f {
     return gradient * min(1.0, MAX_DEPTH_GRADIENT / max(length(gradient), 1e-6));
 }
 
-/// 1 where casters of a kind let the light of a direction through, 0 where they block it; at a position in the tile that is at a
-/// surface or a little above.
+/// Visibility of a direction's light past casters of a kind: 1 if it arrives, 0 if it is blocked. `pos` is the
+/// position in the tile, on a surface or slightly above it.
 fn visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
     if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
         return 1.0;
@@ -195,7 +198,7 @@ fn visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
 #endif
 }
 
-/// The same for the light of a key light.
+/// Visibility of a key light past casters of a kind.
 fn key_visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
     if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
         return 1.0;
@@ -205,7 +208,7 @@ fn key_visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32
     return percentage_closer_soft_shadow(area, dome.views[point.index].penumbra_scale);
 }
 
-/// Whether virtual casters may block light of a key light.
+/// Whether virtual casters may block a part of a key light.
 fn key_is_blocked(point: TilePoint, normal: vec3f) -> bool {
     if any(abs(point.pos.xy) > vec2f(1.0)) {
         return false;
@@ -215,15 +218,15 @@ fn key_is_blocked(point: TilePoint, normal: vec3f) -> bool {
     return find_blockers(area, dome.views[point.index].penumbra_scale).x > 0.0;
 }
 
-/// Position in the tile above a surface from which the surface does not shadow itself.
+/// Position in the tile slightly above a surface, so that the surface does not shadow itself.
 fn above_surface(point: TilePoint, normal: vec3f, cos_angle: f32) -> vec3f {
     let sin_angle = sqrt(max(1.0 - cos_angle * cos_angle, 0.0));
-    // Half the tile's texels are one unit wide.
+    // The tile is two units wide.
     let texels = dome.tile_resolution * select(1.0, dome.key_span, point.index >= dome.first_key);
     let units = (SELF_SHADOW_OFFSET + dome.filter_radius) * 2.0 / texels * (0.2 + 0.8 * sin_angle);
 #ifdef SPOTS
     if point.scale < 0.0 {
-        // A unit of a spot grows with the distance.
+        // In perspective, a unit grows with the distance.
         let offset = normal * (units * distance(dome.views[point.index].center, point.pos_world) / -point.scale);
         let pos = project(dome.views[point.index], point.pos_world + offset);
         return select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0);

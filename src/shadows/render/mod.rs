@@ -1,16 +1,16 @@
 //! The render world's half of the dome.
 //!
-//! **Enters:** the fitted dome, the source of its light and the camera with a visibility pass ([`extract`]). **Leaves:** the
-//! contents of [`DomeTextures`](super::DomeTextures).
+//! **Enters:** the fitted dome, the source of its light and the camera with a visibility pass ([`extract`]).
+//! **Leaves:** the contents of [`DomeTextures`](super::DomeTextures).
 //!
 //! # Order within a frame
-//! 1. [`prepare_depth`] collects the casters and refits the views that are drawn again, [`prepare_views`] writes all views.
-//! 2. [`weights_pass`] sums the environment cube over the cell of each direction when the cube has changed.
-//! 3. [`depth_pass`] draws the casters into the refreshed tiles of the atlas, before all cameras.
-//! 4. [`visibility_pass`] sums visibility × light per sample, between a camera's prepass and its main pass.
+//! 1. [`prepare_depth`] collects the casters and refits the views to redraw, then [`prepare_views`] writes all views.
+//! 2. Before all cameras, in any order: [`weights_pass`] sums the environment cube over the cell of each direction if
+//!    the cube has changed, and [`depth_pass`] draws the casters into the refreshed tiles of the atlas.
+//! 3. [`visibility_pass`] sums visibility × light per sample, between a camera's prepass and its main pass.
 //!
-//! The other shaders are libraries: `dome.wgsl` is the layout of the buffers, `maps.wgsl` reads shadow maps, `visibility.wgsl`
-//! sums over directions, `samples.wgsl` reads the prepass, and materials import `receive.wgsl`.
+//! The other shaders are libraries: `dome.wgsl` is the layout of the buffers, `maps.wgsl` reads shadow maps,
+//! `visibility.wgsl` sums over directions, `samples.wgsl` reads the prepass, and materials import `receive.wgsl`.
 
 mod caster_buffers;
 mod depth_pass;

@@ -74,7 +74,8 @@ impl DomeHeader {
     }
 }
 
-/// Minimum fraction of half a tile's width kept free around the casters, so that filters do not read the neighboring tile.
+/// Minimum fraction of half a tile's width kept free around the casters, so that filters do not read the neighboring
+/// tile.
 const MIN_GUTTER: f32 = 2.0 / 32.0;
 
 /// The views for which the shadow maps were drawn. Those drawn at different times may be fitted to different spheres.

@@ -32,8 +32,8 @@ const CONE_RADII: f32 = 1.25;
 const CONE_MARGIN_PATCHES: f32 = 1.5;
 /// A cone that holds no direction.
 const NO_CONE: Vec4 = Vec4::new(0.0, 0.0, 0.0, 2.0);
-/// Range of the edges of the cubes by which the sphere is divided. Within it, an edge is half that of the environment, so that
-/// a bilinear lookup averages four texels and skips none.
+/// Range of the edges of the cubes by which the sphere is divided. Within it, an edge is half that of the
+/// environment, so that a bilinear lookup averages four texels and skips none.
 const CELL_EDGES: RangeInclusive<u32> = 16..=128;
 
 /// Cells of the current directions, and bindings that are remade only when their sources change.

@@ -1,5 +1,5 @@
-// What materials ask for the light that arrives at a fragment: read from the visibility pass where it has seen the surface,
-// summed over the dome where it has not.
+// Fraction of light that arrives at a fragment, for materials: interpolated from the visibility pass where that has
+// samples of the surface, summed over the dome elsewhere.
 
 #define_import_path bevy_mirrorball::shadows::render::receive
 
@@ -17,24 +17,24 @@
 #endif
 #endif
 
-/// Of each sample of the visibility pass, row by row: four 16-bit floats.
+/// Samples of the visibility pass, row by row: four 16-bit floats each.
 @group(#{MATERIAL_BIND_GROUP}) @binding(104) var<storage, read> visibility_samples: array<vec2u>;
 
-/// With less weight than this on all samples together, the fragment looks at the shadow maps itself.
+/// Minimum total weight of the samples. With less, the fragment reads the shadow maps itself.
 const MIN_SAMPLE_WEIGHT: f32 = 0.05;
 
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
-/// What the samples of the pass around a fragment have seen.
+/// Interpolated samples of the visibility pass.
 struct SampleLookup {
-    /// As the visibility pass has stored it.
+    /// Weighted mean of the stored samples.
     fraction: vec4f,
-    /// That they deserve together.
+    /// Total weight.
     weight: f32,
 }
 
 #ifdef MULTISAMPLED
-/// Where in its pixel the prepass has seen a surface.
+/// Position within a pixel at which the prepass was sampled.
 fn sample_position() -> vec2f {
     return first_sample(textureNumSamples(depth_prepass_texture));
 }
@@ -62,7 +62,8 @@ fn lookup_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32)
         let stored = vec4f(unpack2x16float(packed.x), unpack2x16float(packed.y));
         let depth = textureLoad(depth_prepass_texture, pixel, 0);
         let facing = textureLoad(normal_prepass_texture, pixel, 0);
-        let offset = world_position(view.world_from_clip, view.viewport, vec2f(pixel) + sample_position(), depth) - pos_world;
+        let offset =
+            world_position(view.world_from_clip, view.viewport, vec2f(pixel) + sample_position(), depth) - pos_world;
         let is_same = depth > 0.0 && abs(facing.a - kind) < 0.1;
         let same = surface_similarity(offset, normal, normalize(facing.xyz * 2.0 - 1.0), distance_to_camera);
         let weight = select(0.0, bilinear.x * bilinear.y * same, is_same && stored.a > 0.0);
@@ -72,7 +73,7 @@ fn lookup_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32)
     return SampleLookup(sum / max(weights, 1e-6), weights);
 }
 
-/// Whether the visibility samples are this camera's, and of its size as it is now.
+/// Whether the visibility samples belong to this camera and have its current size.
 fn has_visibility_samples() -> bool {
     let difference = abs(dome.visibility_clip_from_world[0] - view.unjittered_clip_from_world[0])
         + abs(dome.visibility_clip_from_world[1] - view.unjittered_clip_from_world[1])
@@ -84,8 +85,8 @@ fn has_visibility_samples() -> bool {
 #endif
 #endif
 
-/// Factor on the camera's picture of a phantom; alpha: how bright the real light is that other phantoms leave to it, as a fraction
-/// of the open sky's (if there are lamps, to compare them with it).
+/// Factor on the camera's frame at a phantom. Alpha: luminance of the real light that other phantoms leave, as a
+/// fraction of that of the open sky; computed only if there are lamps, whose light is compared with it.
 fn phantom_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec4f {
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
@@ -119,8 +120,8 @@ fn virtual_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec3f {
     return virtual_visibility(pos_world, normal);
 }
 
-/// Factor on the image-based reflections of a virtual surface, 1 unless the dome occludes reflections: from the fraction of
-/// diffuse light, by how widely the surface gathers its reflections (Lagarde and de Rousiers 2014, *Moving Frostbite to
+/// Factor on the image-based reflections of a virtual surface; 1 unless the dome occludes reflections. It is derived
+/// from the fraction of diffuse light and the roughness (Lagarde and de Rousiers 2014, *Moving Frostbite to
 /// Physically Based Rendering*, §4.10.2).
 fn reflection_ratio(ratio: vec3f, cos_view: f32, perceptual_roughness: f32) -> f32 {
     let fraction = saturate(dot(ratio, vec3f(0.2126, 0.7152, 0.0722)));

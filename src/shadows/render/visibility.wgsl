@@ -1,6 +1,6 @@
-// Which share of the environment's light arrives at a point, per color channel. The formulas are in mod.rs.
+// Fraction of the environment's light that arrives at a point, per color channel. The formulas are in shadows/mod.rs.
 //
-// Definitions: those of maps.wgsl, and KEY_LIGHTS: there may be some.
+// Definitions: those of maps.wgsl, and KEY_LIGHTS: the dome may have key lights.
 
 #define_import_path bevy_mirrorball::shadows::render::visibility
 
@@ -12,18 +12,19 @@
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(103) var<storage, read> weights: array<DomeWeight>;
 
-/// The bit beside those of casters that says that the scene has lamps of the engine.
+/// Number of the bit of `scene_flags` for lamps of the engine. The bits below are for the kinds of casters.
 const LAMPS: u32 = 2u;
-/// Light left below this share of the open sky's counts as none; there the picture is left alone.
+/// Minimum light past phantoms, as a fraction of that of the open sky. Where less is left, the frame stays unchanged.
 const MIN_LIGHT_FRACTION: f32 = 1e-4;
-/// Visibility from here on is full; hides the rounding of the hardware's filter.
+/// Minimum visibility that counts as full, to hide the rounding of the hardware's filter.
 const MIN_FULL_VISIBILITY: f32 = 0.999;
 
-/// The directions worth a look at their shadow maps come first: how many, and which is the one at a rank.
+/// Number of directions that are bright enough for a shadow-map lookup. They have the first ranks.
 fn bright_directions() -> u32 {
     return min(weights[dome.direction_count].ranked, dome.shadow_map_count);
 }
 
+/// Direction at a rank. Directions without shadow maps follow those with shadow maps.
 fn direction_at(rank: u32) -> u32 {
     if rank < dome.shadow_map_count {
         return weights[rank].ranked;
@@ -31,6 +32,7 @@ fn direction_at(rank: u32) -> u32 {
     return rank;
 }
 
+/// Whether virtual casters block a part of the light at a phantom.
 fn is_in_virtual_shadow(pos_world: vec3f, normal: vec3f) -> bool {
     if !has_casters(VIRTUAL_CASTERS) {
         return false;
@@ -58,13 +60,13 @@ fn is_in_virtual_shadow(pos_world: vec3f, normal: vec3f) -> bool {
     return false;
 }
 
-/// Sums over directions at a surface.
+/// Sums of light over directions at a surface.
 struct LightSums {
-    /// Light that arrives: without virtual casters at a phantom, without any casters at a virtual surface.
+    /// Light without virtual casters (at a phantom) or without any casters (at a virtual surface).
     unshadowed: vec3f,
-    /// Of it what is left.
+    /// Light with all casters.
     shadowed: vec3f,
-    /// At a phantom the luminance of all light under an open sky.
+    /// Luminance of all light under an open sky; only at a phantom.
     open_sky: f32,
 }
 
@@ -76,7 +78,7 @@ fn luminance(light: vec3f) -> f32 {
     return dot(light, vec3f(0.2126, 0.7152, 0.0722));
 }
 
-/// Which directions are summed up: those at every `step`th rank from the first on. Key lights are summed up by themselves.
+/// Subset of the directions to sum over: every `step`th rank, starting from `first`. Key lights are summed separately.
 struct RankSubset {
     first: u32,
     step: u32,
@@ -92,10 +94,10 @@ fn is_key(index: u32) -> bool {
 #endif
 }
 
-/// A direction's light at a surface.
+/// Light of one direction at a surface.
 struct IncomingLight {
     point: TilePoint,
-    /// Radiance × solid angle, × what is left of it or more of it at this distance.
+    /// Radiance × solid angle, scaled with the distance if the light is near.
     irradiance: vec3f,
     cos_angle: f32,
 }
@@ -107,13 +109,13 @@ fn incoming_light(index: u32, pos_world: vec3f, normal: vec3f) -> IncomingLight 
     return IncomingLight(tile_point(index, axes, pos_world), irradiance, dot(normal, source.xyz));
 }
 
-/// What one light sends to a phantom past casters.
+/// Contribution of one light to the sums at a phantom.
 fn phantom_term(incoming: IncomingLight, past_phantoms: f32, past_virtual: f32) -> LightSums {
     let irradiance = incoming.irradiance * incoming.cos_angle;
     return LightSums(irradiance * past_phantoms, irradiance * (past_phantoms * past_virtual), luminance(irradiance));
 }
 
-/// What directions send to a phantom.
+/// Sums over a subset of the directions at a phantom.
 fn accumulate_phantom(pos_world: vec3f, normal: vec3f, ranks: RankSubset) -> LightSums {
     let bright = bright_directions();
     var total = LightSums();
@@ -134,7 +136,7 @@ fn accumulate_phantom(pos_world: vec3f, normal: vec3f, ranks: RankSubset) -> Lig
     return total;
 }
 
-/// What key lights send to a phantom.
+/// Sums over key lights at a phantom.
 fn accumulate_phantom_keys(pos_world: vec3f, normal: vec3f) -> LightSums {
     var total = LightSums();
 #ifdef KEY_LIGHTS
@@ -151,7 +153,7 @@ fn accumulate_phantom_keys(pos_world: vec3f, normal: vec3f) -> LightSums {
     return total;
 }
 
-/// Factor on the camera's picture of a phantom.
+/// Factor on the camera's frame at a phantom.
 fn phantom_factor(total: LightSums) -> vec3f {
     let is_lit = luminance(total.unshadowed) > MIN_LIGHT_FRACTION * total.open_sky;
     let factor = total.shadowed / max(total.unshadowed, vec3f(1e-20));
@@ -166,7 +168,8 @@ fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     return phantom_factor(add_sums(directions, accumulate_phantom_keys(pos_world, normal)));
 }
 
-/// What one light sends to a surface past casters; real ones send their own light instead of what they hide.
+/// Contribution of one light to the sums at a surface. Phantoms contribute their own light in place of the light they
+/// hide.
 fn surface_term(
     index: u32,
     incoming: IncomingLight,
@@ -175,14 +178,14 @@ fn surface_term(
     past_virtual: f32,
 ) -> LightSums {
     let weight = weights[index];
-    // The environment map has all its lights far away.
+    // In the environment map, all lights are far away.
     let unshadowed = unpack_light(weight) * max(dot(normal, incoming.point.axes.direction), 0.0);
     let hidden = unpack_light(weights[dome.direction_count]) * unpack_solid_angle(weight);
     let open = mix(hidden, incoming.irradiance, past_phantoms);
     return LightSums(unshadowed, open * (past_virtual * max(incoming.cos_angle, 0.0)), 0.0);
 }
 
-/// What directions send to a surface.
+/// Sums over a subset of the directions at a surface.
 fn accumulate_surface(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: RankSubset) -> LightSums {
     let bright = bright_directions();
     var total = LightSums();
@@ -205,7 +208,7 @@ fn accumulate_surface(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: Ran
     return total;
 }
 
-/// What key lights send to a surface.
+/// Sums over key lights at a surface.
 fn accumulate_surface_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> LightSums {
     var total = LightSums();
 #ifdef KEY_LIGHTS
@@ -214,7 +217,9 @@ fn accumulate_surface_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> Li
         var past = vec2f(1.0);
         if incoming.cos_angle > 0.0 {
             let above = above_surface(incoming.point, normal, incoming.cos_angle);
-            past.x = key_visibility(PHANTOM_CASTERS, incoming.point, select(incoming.point.pos, above, is_real), normal);
+            past.x = key_visibility(
+                PHANTOM_CASTERS, incoming.point, select(incoming.point.pos, above, is_real), normal,
+            );
             if !is_real {
                 past.y = key_visibility(VIRTUAL_CASTERS, incoming.point, above, normal);
             }
@@ -225,11 +230,12 @@ fn accumulate_surface_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> Li
     return total;
 }
 
-/// Light that arrives ÷ that of the open sky.
+/// Light that arrives ÷ light of the open sky.
 fn surface_factor(total: LightSums) -> vec3f {
     return select(vec3f(1.0), total.shadowed / max(total.unshadowed, vec3f(1e-20)), total.unshadowed > vec3f(1e-6));
 }
 
+/// Fraction of the light of the open sky that arrives at a surface.
 fn sky_visibility(pos_world: vec3f, normal: vec3f, is_real: bool) -> vec3f {
     let directions = accumulate_surface(pos_world, normal, is_real, ALL_RANKS);
     return surface_factor(add_sums(directions, accumulate_surface_keys(pos_world, normal, is_real)));
@@ -244,12 +250,12 @@ fn has_lamps() -> bool {
     return has_casters(LAMPS);
 }
 
-/// Of a share of light per channel its brightness, never quite 0.
+/// Luminance of a fraction of light per channel, at least 0.001.
 fn luminance_fraction(fraction: vec3f) -> f32 {
     return max(luminance(fraction), 1e-3);
 }
 
-/// Share of the environment's light that real things leave to a real surface.
+/// Fraction of the environment's light that phantoms leave to a real surface.
 fn real_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     if !has_casters(PHANTOM_CASTERS) {
         return vec3f(1.0);

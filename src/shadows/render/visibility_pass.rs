@@ -1,5 +1,5 @@
-//! Sums visibility × light once per sample of a camera's frame instead of once per fragment, between the camera's prepass and
-//! its main pass.
+//! Sums visibility × light once per sample of a camera's frame instead of once per fragment, between the camera's
+//! prepass and its main pass.
 
 use super::{
     prepare_visibility::{PreparedStep, PreparedVisibility, samples_extent},

@@ -1,8 +1,9 @@
-// One thread per sample: the share of light that arrives at the surface which the prepass has seen there.
+// Fraction of light that arrives at the surface of the prepass, one thread per sample.
 //
-// With INTERLEAVED it takes two dispatches. In the first, `accumulate`, each of 2 × 2 samples sums up a quarter of the directions; in
-// the second, `gather`, every sample takes from its neighbors what it has not looked at (after Keller and Heidrich 2001,
-// *Interleaved sampling*). Key lights, whose shadows have edges, are looked at in each.
+// Interleaved samples take two dispatches. In the first, `accumulate` (TALLY), each of 2 × 2 samples sums over a
+// quarter of the directions. In the second, `gather` (GATHER), each sample takes the sums over the other directions
+// from its neighbors (after Keller and Heidrich 2001, *Interleaved sampling*). Key lights have shadows with edges, so
+// every sample reads all of them.
 
 #import bevy_render::view::View
 #import bevy_mirrorball::shadows::render::maps::dome
@@ -39,11 +40,11 @@ fn store(sample: vec2u, fraction: vec4f) {
 }
 #endif
 
-/// Samples along each side of a square in which every direction is looked at once.
+/// Edge in samples of a square in which each direction is read once.
 const SQUARE_EDGE: u32 = 2u;
 
 #ifdef MULTISAMPLED
-/// Where in its pixel the prepass has seen a surface.
+/// Position within a pixel at which the prepass was sampled.
 fn sample_position() -> vec2f {
     return first_sample(textureNumSamples(depths));
 }
@@ -53,7 +54,7 @@ fn sample_position() -> vec2f {
 }
 #endif
 
-/// What the prepass has seen at a sample.
+/// Surface at a sample of the prepass.
 struct Surface {
     pos_world: vec3f,
     normal: vec3f,
@@ -65,15 +66,17 @@ fn surface_at(sample: vec2u) -> Surface {
     let pixel = vec2i(sample * dome.sample_pixels);
     let depth = textureLoad(depths, pixel, 0);
     let facing = textureLoad(normals, pixel, 0);
-    // What was drawn there says the normal's alpha.
+    // The alpha of the normal is the kind of surface.
     return Surface(
-        world_position(view.world_from_clip, view.viewport, vec2f(pixel) + sample_position(), depth), normalize(facing.xyz * 2.0 - 1.0),
+        world_position(view.world_from_clip, view.viewport, vec2f(pixel) + sample_position(), depth),
+        normalize(facing.xyz * 2.0 - 1.0),
         depth > 0.0 && abs(facing.a - IS_PHANTOM) < 0.1, depth > 0.0 && abs(facing.a - IS_VIRTUAL) < 0.1,
     );
 }
 
 #ifdef TALLY
-/// Of a phantom also the luminance under an open sky, and past other phantoms with what they send instead.
+/// Packs sums. At a phantom: `left` is the luminance past other phantoms including their own light, `open` that of
+/// the open sky.
 fn pack(total: LightSums, left: f32, open: f32) -> vec4u {
     return vec4u(
         pack2x16float(total.unshadowed.rg), pack2x16float(vec2f(total.unshadowed.b, total.shadowed.r)),
@@ -104,14 +107,15 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
 #endif
 
 #ifdef GATHER
-/// Sums of a whole square, after one another: unshadowed, shadowed, and at a phantom the light left of the open sky's.
+/// Sums over all directions; at a phantom also the luminances that `accumulate` has packed.
 struct Gathered {
     total: LightSums,
     left: f32,
     open: f32,
 }
 
-/// Neighbors weigh 1 2 1, 2 4 2, 1 2 1, so each place in a square as much as any other.
+/// Sums over 3 × 3 samples with the weights 1 2 1, 2 4 2, 1 2 1, so that each position in a square has the same total
+/// weight.
 fn gather_sums(sample: vec2u, here: Surface) -> Gathered {
     let last = vec2i(textureDimensions(partial_sums)) - 1;
     var sums = array<vec4f, 2>();
@@ -123,20 +127,23 @@ fn gather_sums(sample: vec2u, here: Surface) -> Gathered {
         var weights = 0.0;
         for (var i = 0; i < (1 << u32(aside.x + aside.y)); i++) {
             let sign = 1 - 2 * vec2i(i & 1, (i >> u32(aside.x)) & 1);
-            // Beyond the border lies the mirror image, where the same directions are looked at.
+            // Beyond the border, mirrored samples read the same directions.
             let beside = abs(vec2i(sample) + sign * aside);
             let neighbor = vec2u(select(beside, max(2 * last - beside, vec2i(0)), beside > last));
             let there = surface_at(neighbor);
             let is_same = here.is_phantom == there.is_phantom && here.is_virtual == there.is_virtual;
             let weight = select(0.0, surface_similarity(
-                there.pos_world - here.pos_world, here.normal, there.normal, distance(here.pos_world, view.world_position),
+                there.pos_world - here.pos_world,
+                here.normal,
+                there.normal,
+                distance(here.pos_world, view.world_position),
             ), is_same);
             let packed = textureLoad(partial_sums, neighbor, 0);
             low += weight * vec4f(unpack2x16float(packed.x), unpack2x16float(packed.y));
             high += weight * vec4f(unpack2x16float(packed.z), unpack2x16float(packed.w));
             weights += weight;
         }
-        // With hardly anything of a place seen, the others stand for it.
+        // A position in the square with hardly any weight is replaced by the others.
         let trust = min(weights, 1.0) / max(weights, 1e-6);
         sums[0] += trust * low;
         sums[1] += trust * high;

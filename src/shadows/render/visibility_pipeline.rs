@@ -88,8 +88,8 @@ pub(super) fn init_visibility_pipelines(mut commands: Commands, asset_server: Re
     });
 }
 
-/// Returns the layout of a step's own bindings: the view, the prepass, the output, and for the last step what the first one
-/// has written.
+/// Returns the layout of a step's own bindings: the view, the prepass, the output, and for the last step what the
+/// first one has written.
 fn view_layout(is_multisampled: bool, step: Step) -> BindGroupLayoutDescriptor {
     let unfiltered = TextureSampleType::Float { filterable: false };
     let (depths, normals) = if is_multisampled {
