@@ -154,7 +154,7 @@ impl FileLight {
             |field, value: String, remedy| Err(LightsFileError::Field { id: self.id.clone(), field, value, remedy });
         let is_within = |value: f32, low: f32, high: f32| value.is_finite() && (low..=high).contains(&value);
         if !self.position.is_finite() {
-            return complain("position", self.position.to_string(), "three numbers in metres");
+            return complain("position", self.position.to_string(), "three numbers in meters");
         }
         if !self.look_at.is_finite() || self.look_at.distance(self.position) < 1e-6 {
             return complain("look_at", self.look_at.to_string(), "a place other than the position");
@@ -166,10 +166,10 @@ impl FileLight {
             return complain("aspect", self.aspect.to_string(), "width ÷ height from 0.1 to 10");
         }
         if !(self.near.is_finite() && self.near > 0.0) {
-            return complain("near", self.near.to_string(), "metres above 0");
+            return complain("near", self.near.to_string(), "meters above 0");
         }
         if !(self.far.is_finite() && self.far > self.near) {
-            return complain("far", self.far.to_string(), "metres above near");
+            return complain("far", self.far.to_string(), "meters above near");
         }
         Ok(())
     }
@@ -256,8 +256,8 @@ mod tests {
                 "(0.0, 1.0, 0.0)",
                 r#"light "lamp": look_at is [0, 1, 0]; write a place other than the position"#,
             ),
-            ("(0.0, 0.0, 0.0)", "(0.0, 0.0, 0.0), near: 0.0", r#"light "lamp": near is 0; write metres above 0"#),
-            ("(0.0, 0.0, 0.0)", "(0.0, 0.0, 0.0), far: 0.01", r#"light "lamp": far is 0.01; write metres above near"#),
+            ("(0.0, 0.0, 0.0)", "(0.0, 0.0, 0.0), near: 0.0", r#"light "lamp": near is 0; write meters above 0"#),
+            ("(0.0, 0.0, 0.0)", "(0.0, 0.0, 0.0), far: 0.01", r#"light "lamp": far is 0.01; write meters above near"#),
             (
                 "(0.0, 0.0, 0.0)",
                 "(0.0, 0.0, 0.0), aspect: 0.0",
