@@ -57,7 +57,7 @@ impl FittedDome {
     }
 
     /// Returns whether the dome has changed so much that all shadow maps must be redrawn.
-    pub(super) fn differs_from(&self, old: &Self) -> bool {
+    fn differs_from(&self, old: &Self) -> bool {
         self.directions != old.directions
             || self.file_views != old.file_views
             || self.keys.len() != old.keys.len()

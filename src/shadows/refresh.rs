@@ -124,9 +124,9 @@ impl RefreshSchedule {
         order.into_iter().take_while(is_needed).collect()
     }
 
-    /// Chooses the directions to redraw: first as many of the oldest main directions as are needed to keep all of
-    /// them below eight frames, then others by energy × age × movement, up to `budget` in total. Directions that were
-    /// never drawn are always chosen and do not count towards the budget.
+    /// Chooses the directions to redraw: first as many of the oldest main directions as are needed to keep none of
+    /// them older than eight frames, then others by energy × age × movement, up to `budget` in total. Directions that
+    /// were never drawn are always chosen and do not count towards the budget.
     pub(super) fn choose(&mut self, budget: u32, energies: &[f32]) -> (Vec<u32>, Ages) {
         let main = self.main_directions(energies);
         let (drawn, mut chosen): (Vec<usize>, Vec<usize>) =

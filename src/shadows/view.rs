@@ -114,18 +114,18 @@ impl DomeViewUniform {
                 let up = perspective.up.reject_from_normalized(view.direction).normalize_or(axes(view.direction).1);
                 let right = up.cross(view.direction);
                 let half_size = perspective.half_size * (1.0 + gutter);
-                let widest = half_size.min_element();
+                let shorter_side = half_size.min_element();
                 // The scale fits the shorter side; the axis along the longer side is shorter instead.
-                let shrunk = Vec2::splat(widest) / half_size;
+                let shrunk = Vec2::splat(shorter_side) / half_size;
                 let inverse_depth = (1.0 / perspective.near - 1.0 / perspective.far).max(f32::MIN_POSITIVE);
                 let lamp_radius = view.tangent_radius * perspective.measured_at;
                 Self {
                     center: perspective.position,
                     depth: Vec2::new(1.0 / inverse_depth, -1.0 / (perspective.far * inverse_depth)),
                     // Penumbras in tile widths per unit of depth; see `percentage_closer_soft_shadow` in maps.wgsl.
-                    penumbra_scale: 0.5 * lamp_radius / widest * inverse_depth,
+                    penumbra_scale: 0.5 * lamp_radius / shorter_side * inverse_depth,
                     measured_at: perspective.measured_at,
-                    ..Self::with_axes(right * shrunk.x, up * shrunk.y, -1.0 / widest)
+                    ..Self::with_axes(right * shrunk.x, up * shrunk.y, -1.0 / shorter_side)
                 }
             }
         }
