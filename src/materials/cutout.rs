@@ -1,7 +1,7 @@
 //! Tells the shadow maps which surfaces are cut out by their textures.
 
 use super::{image_based::DomeShadowed, toon::ToonShaded, twin::Dressed};
-use crate::{phantom::StageRole, shadows::Cutout};
+use crate::{phantom::StageRole, shadows::AlphaMask};
 use bevy::{mesh::UvChannel, prelude::*};
 
 type Dress = (
@@ -9,7 +9,7 @@ type Dress = (
     Option<&'static MeshMaterial3d<StandardMaterial>>,
     Option<&'static Dressed<DomeShadowed>>,
     Option<&'static Dressed<ToonShaded>>,
-    Option<&'static Cutout>,
+    Option<&'static AlphaMask>,
 );
 type NewDress =
     Or<(Changed<MeshMaterial3d<StandardMaterial>>, Added<Dressed<DomeShadowed>>, Added<Dressed<ToonShaded>>)>;
@@ -35,17 +35,17 @@ pub(super) fn mark_cutouts(
         }
         match wanted {
             Some(cutout) => commands.entity(mesh).insert(cutout),
-            None => commands.entity(mesh).remove::<Cutout>(),
+            None => commands.entity(mesh).remove::<AlphaMask>(),
         };
     }
 }
 
 /// How a material cuts its surfaces out, if it does.
-fn cutout(material: &StandardMaterial) -> Option<Cutout> {
+fn cutout(material: &StandardMaterial) -> Option<AlphaMask> {
     let AlphaMode::Mask(cutoff) = material.alpha_mode else {
         return None;
     };
-    Some(Cutout {
+    Some(AlphaMask {
         texture: material.base_color_texture.clone()?,
         alpha: material.base_color.alpha(),
         cutoff,

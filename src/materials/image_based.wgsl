@@ -7,7 +7,7 @@
     pbr_functions::{alpha_discard, apply_pbr_lighting, main_pass_post_lighting_processing},
     pbr_types::STANDARD_MATERIAL_FLAGS_UNLIT_BIT,
 }
-#import bevy_mirrorball::shadows::receive::{reflection_ratio, virtual_ratio}
+#import bevy_mirrorball::shadows::render::receive::{reflection_ratio, virtual_ratio}
 
 @fragment
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> FragmentOutput {

@@ -2,7 +2,7 @@
 
 #import bevy_pbr::forward_io::{VertexOutput, FragmentOutput}
 #import bevy_pbr::mesh_view_bindings::view
-#import bevy_mirrorball::shadows::receive::phantom_ratio
+#import bevy_mirrorball::shadows::render::receive::phantom_ratio
 #ifdef HAS_LAMPS
 #import bevy_pbr::mesh_bindings::mesh
 #import bevy_mirrorball::materials::lamps::{RealSurface, lamp_gain}

@@ -2,7 +2,7 @@
 
 #import bevy_pbr::prepass_io::VertexOutput
 #import bevy_pbr::mesh_view_bindings::view
-#import bevy_mirrorball::shadows::samples::{IS_HIDING, IS_PHANTOM}
+#import bevy_mirrorball::shadows::render::samples::{IS_HIDING, IS_PHANTOM}
 #ifdef PREPASS_FRAGMENT
 #import bevy_pbr::prepass_io::FragmentOutput
 #endif

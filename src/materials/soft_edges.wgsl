@@ -2,7 +2,7 @@
 // other side as that takes up of a disc around it.
 
 #import bevy_render::view::View
-#import bevy_mirrorball::shadows::samples::{IS_VIRTUAL, first_sample, world_position}
+#import bevy_mirrorball::shadows::render::samples::{IS_VIRTUAL, first_sample, world_position}
 
 /// Mirror of `SoftEdgesUniform` in soft_edges.rs.
 struct SoftEdges {

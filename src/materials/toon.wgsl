@@ -9,7 +9,7 @@
     pbr_functions::{alpha_discard, apply_pbr_lighting, main_pass_post_lighting_processing},
     pbr_types::{PbrInput, STANDARD_MATERIAL_FLAGS_UNLIT_BIT},
 }
-#import bevy_mirrorball::shadows::receive::virtual_ratio
+#import bevy_mirrorball::shadows::render::receive::virtual_ratio
 
 /// Mirror of `ToonUniform` in toon.rs.
 struct Toon {

@@ -1,10 +1,10 @@
-//! What casts shadows, where it is and what shape it has.
+//! Meshes that cast shadows, with their transforms, bounds and poses.
 
-use super::{dome::BoundingSphere, schedule::Movement};
+use super::{bounding_sphere::BoundingSphere, refresh::Movement};
 use crate::phantom::StageRole;
 use bevy::{
     camera::primitives::Aabb,
-    ecs::system::SystemParam,
+    ecs::{query::QueryData, system::SystemParam},
     light::NotShadowCaster,
     math::{Affine2, BVec3A, Vec3A},
     mesh::{
@@ -15,20 +15,21 @@ use bevy::{
     prelude::*,
 };
 
-/// On a mesh that is cut out by its texture's alpha: how, so that its shadow has the same holes. Put there by the materials.
+/// Alpha mask of a mesh, so that its shadow has the same holes. The materials insert it on meshes with
+/// [`AlphaMode::Mask`].
 #[derive(Component, Clone, Debug, PartialEq)]
-pub(crate) struct Cutout {
+pub(crate) struct AlphaMask {
     pub(crate) texture: Handle<Image>,
-    /// Alpha of the material, by which the texture's is multiplied.
+    /// Alpha of the material, which is multiplied with that of the texture.
     pub(crate) alpha: f32,
-    /// Below this nothing is drawn.
+    /// Minimum alpha of what is drawn.
     pub(crate) cutoff: f32,
     pub(crate) uv_transform: Affine2,
-    /// Whether the texture is laid on by the mesh's second set of coordinates.
+    /// Whether the texture uses the mesh's second set of texture coordinates.
     pub(crate) uses_second_uv: bool,
 }
 
-/// A mesh as it is drawn into shadow maps.
+/// A mesh to draw into shadow maps.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Caster {
     entity: Entity,
@@ -36,14 +37,14 @@ pub(super) struct Caster {
     pub(super) world_from_local: Mat4,
     pub(super) is_phantom: bool,
     pub(super) sphere: BoundingSphere,
-    /// Of a skinned mesh: world from bind pose, per joint.
+    /// World from bind pose per joint of a skinned mesh; empty for other meshes.
     pub(super) joints: Vec<Mat4>,
-    /// Of a mesh with morph targets.
+    /// Weights of the morph targets; empty for a mesh without any.
     pub(super) morph_weights: Vec<f32>,
-    pub(super) cutout: Option<Cutout>,
+    pub(super) alpha_mask: Option<AlphaMask>,
 }
 
-/// How casters have moved since the last frame; `None` if not at all.
+/// Returns the movement of casters since the last frame, or `None` if nothing has changed.
 pub(super) fn movement(before: &[Caster], now: &[Caster]) -> Option<Movement> {
     if before == now {
         return None;
@@ -64,22 +65,23 @@ pub(super) fn movement(before: &[Caster], now: &[Caster]) -> Option<Movement> {
     Some(movement)
 }
 
-type CasterItem = (
-    Entity,
-    &'static Mesh3d,
-    &'static GlobalTransform,
-    &'static Aabb,
-    &'static StageRole,
-    &'static InheritedVisibility,
-    Option<&'static SkinnedMesh>,
-    Option<&'static MeshMorphWeights>,
-    Option<&'static Cutout>,
-);
+#[derive(QueryData)]
+pub(super) struct CasterData {
+    entity: Entity,
+    mesh: &'static Mesh3d,
+    transform: &'static GlobalTransform,
+    aabb: &'static Aabb,
+    role: &'static StageRole,
+    visibility: &'static InheritedVisibility,
+    skin: Option<&'static SkinnedMesh>,
+    morph: Option<&'static MeshMorphWeights>,
+    alpha_mask: Option<&'static AlphaMask>,
+}
 
-/// Everything that casts.
+/// System parameter that collects all casters.
 #[derive(SystemParam)]
 pub(super) struct Casters<'w, 's> {
-    meshes: Query<'w, 's, CasterItem, Without<NotShadowCaster>>,
+    meshes: Query<'w, 's, CasterData, Without<NotShadowCaster>>,
     transforms: Query<'w, 's, &'static GlobalTransform>,
     morph_weights: Query<'w, 's, &'static MorphWeights>,
     bind_poses: Res<'w, Assets<SkinnedMeshInverseBindposes>>,
@@ -89,77 +91,69 @@ pub(super) struct Casters<'w, 's> {
 }
 
 impl Casters<'_, '_> {
+    /// Returns all visible casters.
     pub(super) fn gather(&mut self) -> Vec<Caster> {
         for change in self.mesh_changes.read() {
             if let AssetEvent::Modified { id } | AssetEvent::Removed { id } = change {
                 self.morph_reach.remove(id);
             }
         }
-        let morphed = self.meshes.iter().filter(|item| item.7.is_some());
-        for id in morphed.map(|item| item.1.id()) {
+        let morphed = self.meshes.iter().filter(|item| item.morph.is_some());
+        for id in morphed.map(|item| item.mesh.id()) {
             self.morph_reach.entry(id).or_insert_with(|| morph_reach(self.mesh_data.get(id)));
         }
         self.meshes.iter().filter_map(|item| self.caster(item)).collect()
     }
 
-    /// How far weights move vertices out of the rest pose at most, in units of the mesh.
+    /// Returns the maximum distance by which weights move vertices out of the rest pose, in units of the mesh.
     fn reach(&self, mesh: AssetId<Mesh>, weights: &[f32]) -> f32 {
         let reach = self.morph_reach.get(&mesh).map_or(&[][..], Vec::as_slice);
         weights.iter().zip(reach).map(|(weight, reach)| weight.abs() * reach).sum()
     }
 
-    fn caster(
-        &self,
-        (entity, mesh, transform, aabb, role, visibility, skin, morph, cutout): (
-            Entity,
-            &Mesh3d,
-            &GlobalTransform,
-            &Aabb,
-            &StageRole,
-            &InheritedVisibility,
-            Option<&SkinnedMesh>,
-            Option<&MeshMorphWeights>,
-            Option<&Cutout>,
-        ),
-    ) -> Option<Caster> {
-        let is_phantom = match role {
+    fn caster(&self, item: CasterDataItem) -> Option<Caster> {
+        let is_phantom = match item.role {
             StageRole::Virtual => false,
             StageRole::Phantom(phantom) if phantom.casts => true,
             StageRole::Phantom(_) => return None,
         };
-        if !visibility.get() {
+        if !item.visibility.get() {
             return None;
         }
-        let world_from_local = transform.affine();
-        let morph_weights = match morph {
-            None => vec![],
-            Some(MeshMorphWeights::Value { weights }) => weights.clone(),
-            Some(MeshMorphWeights::Reference(other)) => {
-                self.morph_weights.get(*other).map_or(vec![], |weights| weights.weights().to_vec())
-            }
-        };
-        let aabb = Aabb { half_extents: aabb.half_extents + self.reach(mesh.id(), &morph_weights), ..*aabb };
+        let (mesh, world_from_local) = (item.mesh.id(), item.transform.affine());
+        let morph_weights = item.morph.map_or(vec![], |morph| self.morph_weights(morph));
+        let aabb = Aabb { half_extents: item.aabb.half_extents + self.reach(mesh, &morph_weights), ..*item.aabb };
         let rest = BoundingSphere {
             center: world_from_local.transform_point3a(aabb.center).into(),
-            radius: transform.radius_vec3a(aabb.half_extents),
+            radius: item.transform.radius_vec3a(aabb.half_extents),
         };
-        let (joints, posed) = skin.map_or((vec![], None), |skin| self.joints(skin, &aabb));
+        let (joints, posed) = item.skin.map_or((vec![], None), |skin| self.joints(skin, &aabb));
         Some(Caster {
-            entity,
-            mesh: mesh.id(),
+            entity: item.entity,
+            mesh,
             world_from_local: world_from_local.into(),
             is_phantom,
             sphere: posed.unwrap_or(rest),
             joints,
             morph_weights,
-            cutout: cutout.cloned(),
+            alpha_mask: item.alpha_mask.cloned(),
         })
     }
 
-    /// The matrices of a skin's joints, and a sphere around the posed mesh. None of both while anything is missing.
+    fn morph_weights(&self, morph: &MeshMorphWeights) -> Vec<f32> {
+        match morph {
+            MeshMorphWeights::Value { weights } => weights.clone(),
+            MeshMorphWeights::Reference(other) => {
+                self.morph_weights.get(*other).map_or(vec![], |weights| weights.weights().to_vec())
+            }
+        }
+    }
+
+    /// Returns the matrices of a skin's joints and a sphere around the posed mesh, or neither while anything is
+    /// missing.
     ///
-    /// How far the mesh reaches around a joint is taken from the rest pose: so far that no corner of its box is farther from
-    /// the nearest joint.
+    /// The reach of the mesh around each joint comes from the rest pose: it is the largest distance of a corner of the
+    /// bounding box from its nearest joint.
     fn joints(&self, skin: &SkinnedMesh, rest: &Aabb) -> (Vec<Mat4>, Option<BoundingSphere>) {
         let Some(bind_poses) = self.bind_poses.get(&skin.inverse_bindposes) else {
             return (vec![], None);
@@ -192,9 +186,9 @@ impl Casters<'_, '_> {
     }
 }
 
-/// Longest displacement of each morph target of a mesh whose data is on the CPU.
+/// Returns the longest displacement of each morph target of a mesh.
 fn morph_reach(mesh: Option<&Mesh>) -> Vec<f32> {
-    // A mesh that is only on the GPU has no data to look at.
+    // The data of a mesh that is only on the GPU cannot be read.
     let Some((targets, vertices)) = mesh.and_then(|mesh| Some((mesh.try_morph_targets().ok()?, mesh.count_vertices())))
     else {
         return vec![];

@@ -1,17 +1,17 @@
-//! How shadow maps are read.
+//! Filters of the shadow maps, and the shader permutations that they need.
 
 use bevy::{prelude::*, shader::ShaderDefVal};
 
-/// How shadow maps are read. The first five are those of row C3's sources, with the number of texels they compare.
+/// Filter of the shadow maps. The numbers are those of the texels or lookups that are compared.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub enum ShadowFilter {
-    /// One texel: hard, with steps.
+    /// One texel: hard edges with visible steps.
     Nearest,
-    /// 2 × 2 texels, weighted by place.
+    /// 2 × 2 texels, weighted bilinearly.
     #[default]
     Bilinear,
-    /// 3 × 3 texels with the weights 1 2 1, 2 4 2, 1 2 1, placed smoothly.
+    /// 3 × 3 texels with the weights 1 2 1, 2 4 2, 1 2 1, at subtexel positions.
     Gauss,
     /// Percentage-closer filtering: the mean of 3 × 3 bilinear lookups.
     Pcf9,
@@ -19,10 +19,10 @@ pub enum ShadowFilter {
     Pcf25,
     /// The mean of 7 × 7 bilinear lookups.
     Pcf49,
-    /// Percentage-closer soft shadows (Fernando 2005): as wide as the receiver is away from what blocks the light.
+    /// Percentage-closer soft shadows (Fernando 2005): penumbras widen with the distance between receiver and blocker.
     Pcss {
-        /// Half of the angle at which the light is seen, in radians above 0. The sun has 0.0047; 0.18 merges the shadows of
-        /// 64 directions.
+        /// Half of the angle that the light subtends, in radians, above 0; clamped to 1.5, and 0 if not finite. The
+        /// sun has 0.0047; 0.18 merges the shadows of 64 directions.
         angular_radius: f32,
     },
 }
@@ -38,7 +38,7 @@ impl ShadowFilter {
         }
     }
 
-    /// Texels around a place that are compared.
+    /// Returns the radius of the filter in texels.
     pub(super) fn radius(self) -> u32 {
         match self {
             Self::Nearest | Self::Bilinear => 0,
@@ -48,8 +48,8 @@ impl ShadowFilter {
         }
     }
 
-    /// Tangent of the light's angular radius.
-    pub(super) fn spread(self) -> f32 {
+    /// Returns the tangent of the light's angular radius, 0 without one.
+    pub(super) fn tangent_radius(self) -> f32 {
         match self {
             Self::Pcss { angular_radius } if angular_radius.is_finite() => angular_radius.clamp(0.0, 1.5).tan(),
             _ => 0.0,
@@ -57,26 +57,27 @@ impl ShadowFilter {
     }
 }
 
-/// What needs shaders of its own, because software compilers of them pay for what they skip.
+/// Shader permutation key. Branching at run time instead would slow down software rasterizers, which pay for what
+/// they skip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct DomeShader {
     pub(super) filter: FilterKind,
-    /// Whether there are places for key lights.
+    /// Whether there are slots for key lights.
     pub(super) has_keys: bool,
-    /// Whether light may come from near by.
-    pub(super) has_lenses: bool,
+    /// Whether some views are in perspective, because their light is near.
+    pub(super) has_perspective: bool,
 }
 
 impl DomeShader {
-    /// The definitions under which `maps.wgsl` does that.
+    /// Returns the shader definitions of `maps.wgsl` and `visibility.wgsl` for this permutation.
     pub(crate) fn shader_defs(self) -> impl Iterator<Item = ShaderDefVal> {
         let keys = self.has_keys.then(|| "KEY_LIGHTS".into());
-        let spots = self.has_lenses.then(|| "SPOTS".into());
+        let spots = self.has_perspective.then(|| "SPOTS".into());
         [self.filter.shader_def(), keys, spots].into_iter().flatten()
     }
 }
 
-/// The part of a [`ShadowFilter`] that needs a shader of its own.
+/// The part of a [`ShadowFilter`] that selects a shader permutation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) enum FilterKind {
     /// One texel.
@@ -88,7 +89,7 @@ pub(super) enum FilterKind {
     Gauss,
     /// A square of bilinear lookups.
     Pcf,
-    /// A search for blockers, then a square of bilinear lookups.
+    /// A search for blockers, then bilinear lookups on a spiral.
     Pcss,
 }
 

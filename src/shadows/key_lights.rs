@@ -1,98 +1,99 @@
-//! The strongest real lights, which have shadow maps of their own.
+//! Choice of the key lights: the strongest real lights, which have their own shadow maps.
 
-use super::{DomeCoverage, dome::BoundingSphere, view::LightView};
+use super::{bounding_sphere::BoundingSphere, dome_light::DomeCoverage, view::LightView};
 use crate::lighting::RealLight;
 use bevy::prelude::*;
 use std::f32::consts::TAU;
 
-/// A real light on one of the dome's places for key lights.
+/// A real light in one of the dome's slots for key lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct KeyLight {
     id: u32,
     pub(super) view: LightView,
-    /// Towards the light as the environment map shows it, world space.
-    pub(super) seen_in: Vec3,
+    /// Direction towards the light in the environment map, in world space.
+    pub(super) direction_in_map: Vec3,
     pub(super) angular_radius: f32,
 }
 
-/// A key light loses its place only to one stronger by this factor.
-const STAYS_UNTIL: f32 = 1.25;
-/// What moves less than this from picture to picture (radians), or grows less than by this share, is noise.
-const LEAST_TURN: f32 = 0.003;
-const LEAST_GROWTH: f32 = 0.1;
-/// Lights wider than this share of the radius of a direction's cell are shown better by the directions.
-const WIDEST: f32 = 1.0;
+/// Minimum ratio of strengths at which another light takes over the slot of a key light.
+const MIN_REPLACING_RATIO: f32 = 1.25;
+/// Minimum turn of a key light from frame to frame, in radians. Smaller ones are noise.
+const MIN_TURN: f32 = 0.003;
+/// Minimum change of a key light's angular radius from frame to frame, as a fraction. Smaller ones are noise.
+const MIN_GROWTH: f32 = 0.1;
+/// Maximum angular radius of a key light, as a fraction of the radius of a direction's cell. The directions represent
+/// wider lights better.
+const MAX_CELL_FRACTION: f32 = 1.0;
 
-/// The dome that looks for key lights.
+/// What the choice of key lights depends on, besides the lights.
 pub(super) struct KeySearch<'a> {
-    pub(super) places: u32,
+    pub(super) slots: u32,
     pub(super) directions: u32,
     pub(super) coverage: DomeCoverage,
     pub(super) up: Vec3,
-    /// Where the light was measured.
+    /// Position at which the light was measured.
     pub(super) measured_from: Option<Vec3>,
     pub(super) casters: Option<BoundingSphere>,
     pub(super) last: &'a [Option<KeyLight>],
 }
 
 impl KeySearch<'_> {
-    /// The strongest lights that are smaller than what one direction stands for. Those that were key lights keep their
-    /// places.
+    /// Returns the strongest lights that are smaller than a direction's cell, by slot. Lights that were key lights
+    /// before keep their slots.
     pub(super) fn choose<'l>(&self, lights: impl Iterator<Item = &'l RealLight>) -> Vec<Option<KeyLight>> {
         let whole = if self.coverage == DomeCoverage::Hemisphere { TAU } else { 2.0 * TAU };
         let cell_radius = (1.0 - whole / (TAU * self.directions.max(1) as f32)).clamp(-1.0, 1.0).acos();
-        let place_of = |id: u32| self.last.iter().position(|last| last.is_some_and(|last| last.id == id));
+        let slot_of = |id: u32| self.last.iter().position(|last| last.is_some_and(|last| last.id == id));
         let mut found: Vec<&RealLight> = lights
             .filter(|light| {
                 let is_above = self.coverage == DomeCoverage::Sphere || light.direction.dot(self.up) > 0.0;
-                is_above && light.direction.is_normalized() && light.angular_radius < WIDEST * cell_radius
+                is_above && light.direction.is_normalized() && light.angular_radius < MAX_CELL_FRACTION * cell_radius
             })
             .collect();
         let strength =
-            |light: &RealLight| light.irradiance * if place_of(light.id).is_some() { STAYS_UNTIL } else { 1.0 };
+            |light: &RealLight| light.irradiance * if slot_of(light.id).is_some() { MIN_REPLACING_RATIO } else { 1.0 };
         found.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
-        found.truncate(self.places as usize);
-        let mut keys = vec![None; self.places as usize];
+        found.truncate(self.slots as usize);
+        let mut keys = vec![None; self.slots as usize];
         let (old, new): (Vec<&RealLight>, Vec<&RealLight>) =
-            found.into_iter().partition(|light| place_of(light.id).is_some_and(|place| place < keys.len()));
+            found.into_iter().partition(|light| slot_of(light.id).is_some_and(|slot| slot < keys.len()));
         for light in old {
-            if let Some(place) = place_of(light.id) {
+            if let Some(slot) = slot_of(light.id) {
                 let key = self.key(light);
-                keys[place] = Some(self.last[place].filter(|last| last.is_like(&key)).unwrap_or(key));
+                keys[slot] = Some(self.last[slot].filter(|last| last.is_like(&key)).unwrap_or(key));
             }
         }
-        let mut free: Vec<usize> = (0..keys.len()).rev().filter(|place| keys[*place].is_none()).collect();
+        let mut free: Vec<usize> = (0..keys.len()).rev().filter(|slot| keys[*slot].is_none()).collect();
         for light in new {
-            if let Some(place) = free.pop() {
-                keys[place] = Some(self.key(light));
+            if let Some(slot) = free.pop() {
+                keys[slot] = Some(self.key(light));
             }
         }
         keys
     }
 
     fn key(&self, light: &RealLight) -> KeyLight {
-        let spread = light.angular_radius.clamp(0.0, 1.0).tan();
-        let near = light
-            .position
-            .zip(self.measured_from)
-            .and_then(|(position, measured_from)| LightView::near(position, spread, measured_from, self.casters));
-        let view = near.unwrap_or(LightView::parallel(light.direction, spread));
-        KeyLight { id: light.id, view, seen_in: light.direction, angular_radius: light.angular_radius }
+        let tangent_radius = light.angular_radius.clamp(0.0, 1.0).tan();
+        let near = light.position.zip(self.measured_from).and_then(|(position, measured_from)| {
+            LightView::near(position, tangent_radius, measured_from, self.casters)
+        });
+        let view = near.unwrap_or(LightView::parallel(light.direction, tangent_radius));
+        KeyLight { id: light.id, view, direction_in_map: light.direction, angular_radius: light.angular_radius }
     }
 }
 
 impl KeyLight {
     fn is_like(&self, other: &Self) -> bool {
-        let is_still = match (self.view.lens, other.view.lens) {
+        let is_still = match (self.view.perspective, other.view.perspective) {
             (None, None) => true,
             (Some(a), Some(b)) => {
                 (a.half_size, a.near) == (b.half_size, b.near)
-                    && a.position.distance(b.position) < LEAST_TURN * a.measured_at
+                    && a.position.distance(b.position) < MIN_TURN * a.measured_at
             }
             _ => false,
         };
         let growth = other.angular_radius / self.angular_radius.max(1e-6) - 1.0;
-        is_still && growth.abs() < LEAST_GROWTH && self.seen_in.angle_between(other.seen_in) < LEAST_TURN
+        is_still && growth.abs() < MIN_GROWTH && self.direction_in_map.angle_between(other.direction_in_map) < MIN_TURN
     }
 }
 
@@ -114,7 +115,7 @@ mod tests {
 
     fn choose(last: &[Option<KeyLight>], lights: &[RealLight]) -> Vec<Option<KeyLight>> {
         let search = KeySearch {
-            places: 2,
+            slots: 2,
             directions: 64,
             coverage: DomeCoverage::Hemisphere,
             up: Vec3::Y,

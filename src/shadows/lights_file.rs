@@ -1,9 +1,9 @@
-//! Directions of a dome from a file (row G1 of the sources): text that names lights, where they are and what they look at.
+//! Directions of a dome from a file in RON format: a list of named lights with their positions and targets.
 
 use super::{
-    DomeCoverage, ShadowDomeLight,
-    dome::Directions,
-    view::{Lens, LightView},
+    directions::Directions,
+    dome_light::{DomeCoverage, ShadowDomeLight},
+    view::{LightView, PerspectiveView},
 };
 use bevy::{
     asset::{AssetLoader, LoadContext, io::Reader},
@@ -12,7 +12,7 @@ use bevy::{
 use serde::Deserialize;
 use std::sync::Arc;
 
-/// Lights of a file that ends in `.lights.ron`, an asset.
+/// Asset with the lights of a dome, loaded from a file whose name ends in `.lights.ron`.
 ///
 /// ```ron
 /// (lights: [
@@ -33,32 +33,32 @@ use std::sync::Arc;
 #[derive(Asset, TypePath, Deserialize, Clone, Debug, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct LightsFile {
-    /// 1…1024 of them; their order does not matter.
+    /// The lights, 1…1024 of them. Their order does not matter.
     pub lights: Vec<FileLight>,
 }
 
-/// One light of a [`LightsFile`]. Places are metres in the dome's frame.
+/// One light of a [`LightsFile`]. Positions are in meters, in the dome's frame.
 #[derive(Deserialize, Clone, Debug, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct FileLight {
-    /// Its name, for errors; each only once.
+    /// Unique name, which error messages use.
     pub id: String,
-    /// How it shines.
+    /// Whether the light is directional or a spot.
     pub kind: FileLightKind,
-    /// Where it is; of a directional light only the direction from `look_at` counts.
+    /// Position of the light. For a directional light only the direction from `look_at` to it matters.
     pub position: Vec3,
-    /// What it is aimed at; elsewhere than `position`.
+    /// Position at which the light is aimed; must differ from `position`.
     pub look_at: Vec3,
     /// Vertical field of view of a spot's shadow map in degrees, 1…170. Defaults to 60.
     #[serde(default = "default_field_of_view")]
     pub field_of_view: f32,
-    /// Width ÷ height of a spot's picture, 0.1…10. Defaults to 1.
+    /// Aspect ratio (width ÷ height) of a spot's shadow map, 0.1…10. Defaults to 1.
     #[serde(default = "default_aspect")]
     pub aspect: f32,
-    /// Where a spot begins to see, in metres in front of it, above 0. Defaults to 0.05.
+    /// Distance of the near plane from a spot in meters, above 0. Closer objects do not cast. Defaults to 0.05.
     #[serde(default = "default_near")]
     pub near: f32,
-    /// Where a spot ceases to see, in metres, above `near`. Defaults to 10.
+    /// Distance of the far plane from a spot in meters, above `near`. Farther objects do not cast. Defaults to 10.
     #[serde(default = "default_far")]
     pub far: f32,
 }
@@ -79,46 +79,46 @@ fn default_far() -> f32 {
     10.0
 }
 
-/// How a light of a [`LightsFile`] shines.
+/// Kind of a light in a [`LightsFile`].
 #[derive(Deserialize, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileLightKind {
-    /// Its rays are parallel.
+    /// Light with parallel rays.
     Directional,
-    /// Its rays spread from a place; nothing casts shadows outside its field of view.
+    /// Light whose rays spread from a position. Nothing outside its field of view casts shadows.
     Spot,
 }
 
-/// What is wrong with a [`LightsFile`].
+/// Error in a [`LightsFile`].
 #[derive(thiserror::Error, Debug)]
 pub enum LightsFileError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(#[from] std::io::Error),
-    /// It is not what the format asks for.
+    /// The text does not follow the format.
     #[error("line {}, column {}: {}; see LightsFile for an example", .0.span.start.line, .0.span.start.col, .0.code)]
     Syntax(#[from] ron::error::SpannedError),
-    /// Too few lights or too many.
+    /// The number of lights is out of range.
     #[error("has {0} lights; write 1 to {most}", most = ShadowDomeLight::MAX_DIRECTIONS)]
     Count(usize),
-    /// Two lights have one name.
+    /// Two lights have the same name.
     #[error("there are two lights with the id {0:?}; rename one")]
     SameId(String),
-    /// A field of a light has a value that is not accepted.
+    /// A field of a light has an invalid value.
     #[error("light {id:?}: {field} is {value}; write {remedy}")]
     Field {
-        /// The light's name.
+        /// Name of the light.
         id: String,
-        /// The field.
+        /// Name of the field.
         field: &'static str,
-        /// Its value.
+        /// Value of the field.
         value: String,
-        /// What is accepted.
+        /// Accepted values.
         remedy: &'static str,
     },
 }
 
 impl LightsFile {
-    /// Reads the text of a file.
+    /// Parses the text of a file.
     pub fn parse(text: &str) -> Result<Self, LightsFileError> {
         let file: Self = ron::from_str(text)?;
         if !(1..=ShadowDomeLight::MAX_DIRECTIONS as usize).contains(&file.lights.len()) {
@@ -133,7 +133,7 @@ impl LightsFile {
         Ok(file)
     }
 
-    /// The views of a dome with these lights, in the world, and its directions.
+    /// Returns the directions of a dome with these lights, and its views in world space.
     pub(super) fn views(&self, coverage: DomeCoverage, world_from_dome: &GlobalTransform) -> FileViews {
         let (_, rotation, _) = world_from_dome.to_scale_rotation_translation();
         let views: Arc<[LightView]> = self.lights.iter().map(|light| light.view(world_from_dome)).collect();
@@ -142,7 +142,7 @@ impl LightsFile {
     }
 }
 
-/// A dome's directions and views as a file has them.
+/// Directions of a dome, and views of its lights in the same order. The views are empty if all light is parallel.
 pub(super) struct FileViews {
     pub(super) directions: Directions,
     pub(super) views: Arc<[LightView]>,
@@ -154,7 +154,7 @@ impl FileLight {
             |field, value: String, remedy| Err(LightsFileError::Field { id: self.id.clone(), field, value, remedy });
         let is_within = |value: f32, low: f32, high: f32| value.is_finite() && (low..=high).contains(&value);
         if !self.position.is_finite() {
-            return complain("position", self.position.to_string(), "three numbers in metres");
+            return complain("position", self.position.to_string(), "three numbers in meters");
         }
         if !self.look_at.is_finite() || self.look_at.distance(self.position) < 1e-6 {
             return complain("look_at", self.look_at.to_string(), "a place other than the position");
@@ -166,10 +166,10 @@ impl FileLight {
             return complain("aspect", self.aspect.to_string(), "width ÷ height from 0.1 to 10");
         }
         if !(self.near.is_finite() && self.near > 0.0) {
-            return complain("near", self.near.to_string(), "metres above 0");
+            return complain("near", self.near.to_string(), "meters above 0");
         }
         if !(self.far.is_finite() && self.far > self.near) {
-            return complain("far", self.far.to_string(), "metres above near");
+            return complain("far", self.far.to_string(), "meters above near");
         }
         Ok(())
     }
@@ -177,9 +177,9 @@ impl FileLight {
     fn view(&self, world_from_dome: &GlobalTransform) -> LightView {
         let position = world_from_dome.transform_point(self.position);
         let direction = (position - world_from_dome.transform_point(self.look_at)).normalize_or(Vec3::Y);
-        let lens = (self.kind == FileLightKind::Spot).then(|| {
+        let perspective = (self.kind == FileLightKind::Spot).then(|| {
             let half_height = (0.5 * self.field_of_view.to_radians()).tan();
-            Lens {
+            PerspectiveView {
                 position,
                 up: *world_from_dome.up(),
                 half_size: Vec2::new(half_height * self.aspect, half_height),
@@ -188,14 +188,15 @@ impl FileLight {
                 measured_at: 0.0,
             }
         });
-        LightView { direction, lens, spread: 0.0 }
+        LightView { direction, perspective, tangent_radius: 0.0 }
     }
 }
 
-/// Takes the directions of a [`ShadowDomeLight`] from a file; its `directions` do not count then.
+/// Directions of a [`ShadowDomeLight`] from a file, used instead of its `directions`.
 ///
-/// Each light stands for the part of the sky that is nearer to its direction than to any other's, colored by the environment
-/// map. Until the file has loaded, and when it cannot be read (an error in the log), directions are spread evenly.
+/// Each light stands for the part of the sphere that is nearer to its direction than to any other, and takes its
+/// color from the environment map. Until the file has been loaded, or if it cannot be read (which logs an error),
+/// directions are spread evenly.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -208,6 +209,7 @@ impl FileLight {
 #[reflect(Component, Debug, Clone, PartialEq)]
 pub struct DomeLights(pub Handle<LightsFile>);
 
+/// Loader of [`LightsFile`]s.
 #[derive(Default, TypePath)]
 pub(super) struct LightsFileLoader;
 
@@ -254,8 +256,8 @@ mod tests {
                 "(0.0, 1.0, 0.0)",
                 r#"light "lamp": look_at is [0, 1, 0]; write a place other than the position"#,
             ),
-            ("(0.0, 0.0, 0.0)", "(0.0, 0.0, 0.0), near: 0.0", r#"light "lamp": near is 0; write metres above 0"#),
-            ("(0.0, 0.0, 0.0)", "(0.0, 0.0, 0.0), far: 0.01", r#"light "lamp": far is 0.01; write metres above near"#),
+            ("(0.0, 0.0, 0.0)", "(0.0, 0.0, 0.0), near: 0.0", r#"light "lamp": near is 0; write meters above 0"#),
+            ("(0.0, 0.0, 0.0)", "(0.0, 0.0, 0.0), far: 0.01", r#"light "lamp": far is 0.01; write meters above near"#),
             (
                 "(0.0, 0.0, 0.0)",
                 "(0.0, 0.0, 0.0), aspect: 0.0",
@@ -278,9 +280,9 @@ mod tests {
         let file = LightsFile::parse(&format!("(lights: [{LAMP}])")).expect("valid");
         let dome = Transform::from_xyz(1.0, 0.0, 0.0).with_rotation(Quat::from_rotation_z(-0.5 * std::f32::consts::PI));
         let found = file.views(DomeCoverage::Sphere, &dome.into());
-        let lens = found.views[0].lens.expect("a spot");
+        let perspective = found.views[0].perspective.expect("a spot");
         assert!(found.views[0].direction.distance(Vec3::X) < 1e-6);
-        assert!(lens.position.distance(Vec3::new(2.0, 0.0, 0.0)) < 1e-6);
+        assert!(perspective.position.distance(Vec3::new(2.0, 0.0, 0.0)) < 1e-6);
         assert!(found.directions.shadowed[0].distance(Vec3::Y) < 1e-6);
         assert_eq!(found.directions.below.len(), 0);
     }

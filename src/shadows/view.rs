@@ -1,77 +1,78 @@
-//! From where shadow maps look.
+//! Views of the shadow maps.
 
-use super::dome::BoundingSphere;
+use super::bounding_sphere::BoundingSphere;
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
-/// The view of a shadow map, in the world.
+/// View of a shadow map in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LightView {
-    /// Towards the light, unit vector.
+    /// Unit vector towards the light.
     pub direction: Vec3,
-    /// Of a light that is not far away.
-    pub lens: Option<Lens>,
-    /// Tangent of the light's angular radius as seen from the casters; 0 for a point.
-    pub spread: f32,
+    /// Perspective of a light that is near; `None` for parallel light.
+    pub perspective: Option<PerspectiveView>,
+    /// Tangent of the light's angular radius as seen from the casters; 0 for a point light.
+    pub tangent_radius: f32,
 }
 
-/// A view in perspective.
+/// Perspective of a view.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lens {
+pub(super) struct PerspectiveView {
     pub position: Vec3,
-    /// Where the top of the picture is, at a right angle to the view's direction; of any length.
+    /// Direction of the top of the image, at a right angle to the view's direction; of any length.
     pub up: Vec3,
-    /// Half the width and height of the picture, one metre away.
+    /// Half the width and height of the image at a distance of one meter.
     pub half_size: Vec2,
-    /// Metres in front of the position between which casters are seen.
+    /// Distance of the near plane from the position in meters.
     pub near: f32,
+    /// Distance of the far plane from the position in meters.
     pub far: f32,
-    /// How far away from the position the light was measured, in metres: it falls off from there with the square of the
-    /// distance. 0 for light that is the same everywhere.
+    /// Distance from the position at which the light was measured, in meters. The light falls off with the square of
+    /// the distance, relative to this one. 0 for light that is equally strong everywhere.
     pub measured_at: f32,
 }
 
-/// The nearest that casters of a near light are looked for, as a share of the farthest.
-const LEAST_NEAR: f32 = 0.02;
-/// A light nearer to the center of the casters than this, in radii of their sphere, is taken as far away: one picture cannot
-/// see them all.
-const LEAST_DISTANCE: f32 = 1.2;
+/// Minimum distance of the near plane of a near light, as a fraction of that of the far plane.
+const MIN_NEAR_FRACTION: f32 = 0.02;
+/// Minimum distance of a near light from the center of the casters, in radii of their sphere. A closer light is
+/// treated as far away, because one perspective view cannot contain all casters.
+const MIN_LAMP_DISTANCE: f32 = 1.2;
 
 impl LightView {
-    /// Of parallel light.
-    pub(super) fn parallel(direction: Vec3, spread: f32) -> Self {
-        Self { direction, lens: None, spread }
+    /// Returns the view of parallel light.
+    pub(super) fn parallel(direction: Vec3, tangent_radius: f32) -> Self {
+        Self { direction, perspective: None, tangent_radius }
     }
 
-    /// Of a lamp at a position, seen with an angular radius from a place where its light was measured. It looks at the
-    /// casters.
+    /// Returns the view of a lamp at a position, aimed at the casters. The lamp's light and angular radius were
+    /// measured from another position. `None` if the lamp is too close to the casters.
     pub(super) fn near(
         position: Vec3,
-        spread: f32,
+        tangent_radius: f32,
         measured_from: Vec3,
         casters: Option<BoundingSphere>,
     ) -> Option<Self> {
         let casters = casters?;
         let (direction, distance) = (position - casters.center).normalize_and_length();
         let radius = 1.05 * casters.radius;
-        if !distance.is_finite() || distance < LEAST_DISTANCE * radius {
+        if !distance.is_finite() || distance < MIN_LAMP_DISTANCE * radius {
             return None;
         }
         let far = distance + radius;
-        let lens = Lens {
+        let perspective = PerspectiveView {
             position,
             up: direction.any_orthonormal_vector(),
             half_size: Vec2::splat((radius / distance).asin().tan()),
-            near: (distance - radius).max(LEAST_NEAR * far),
+            near: (distance - radius).max(MIN_NEAR_FRACTION * far),
             far,
             measured_at: position.distance(measured_from),
         };
-        Some(Self { direction, lens: Some(lens), spread })
+        Some(Self { direction, perspective: Some(perspective), tangent_radius })
     }
 }
 
-/// Mirror of `DomeView` in dome.wgsl.
+/// Mirror of `DomeView` in `dome.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, PartialEq)]
-pub(super) struct ViewUniform {
+pub(super) struct DomeViewUniform {
     axes_low: u32,
     axes_mid: u32,
     axes_high: u32,
@@ -79,54 +80,58 @@ pub(super) struct ViewUniform {
     center: Vec3,
     corners: u32,
     depth: Vec2,
-    spread: f32,
+    penumbra_scale: f32,
     measured_at: f32,
 }
 
-/// So far away is the center of a view that sees no place.
+/// Center of a view that contains no position.
 const NOWHERE: Vec3 = Vec3::splat(1e12);
 
-impl ViewUniform {
-    /// A view that sees no place.
+impl DomeViewUniform {
+    /// Returns a view that contains no position.
     pub(super) fn blank(direction: Vec3) -> Self {
         Self::orthographic(direction, NOWHERE, 1.0)
     }
 
-    /// What a view shows of a sphere around all casters, in a tile of a resolution with a share of its half width left free.
+    /// Returns a view fitted to a sphere around all casters, for a tile of the given resolution. `gutter` is the
+    /// fraction of half the tile's width that stays free.
     pub(super) fn new(view: &LightView, sphere: BoundingSphere, gutter: f32, resolution: f32) -> Self {
-        match view.lens {
+        match view.perspective {
             None => {
                 let half_width = sphere.radius * (1.0 + gutter);
-                // Whole texels, so that what does not move is drawn alike from every sphere of this size.
+                // Snapping to whole texels draws still casters identically from every sphere of this size.
                 let texel = 2.0 * half_width / resolution;
                 let to_texel =
                     |axis: Vec3| axis * ((axis.dot(sphere.center) / texel).round() * texel - axis.dot(sphere.center));
                 let (right, up) = axes(view.direction);
                 let center = sphere.center + to_texel(right) + to_texel(up);
-                Self { spread: view.spread, ..Self::orthographic(view.direction, center, 1.0 / half_width) }
-            }
-            Some(lens) => {
-                let up = lens.up.reject_from_normalized(view.direction).normalize_or(axes(view.direction).1);
-                let right = up.cross(view.direction);
-                let half_size = lens.half_size * (1.0 + gutter);
-                let widest = half_size.min_element();
-                // The shorter side has the whole scale; axes along the longer one are shorter instead.
-                let shrunk = Vec2::splat(widest) / half_size;
-                let inverse_depth = (1.0 / lens.near - 1.0 / lens.far).max(f32::MIN_POSITIVE);
-                let lamp_radius = view.spread * lens.measured_at;
                 Self {
-                    center: lens.position,
-                    depth: Vec2::new(1.0 / inverse_depth, -1.0 / (lens.far * inverse_depth)),
-                    // Penumbras in tile widths per unit of depth; see percentage_closer_soft_shadow in maps.wgsl.
-                    spread: 0.5 * lamp_radius / widest * inverse_depth,
-                    measured_at: lens.measured_at,
-                    ..Self::with_axes(right * shrunk.x, up * shrunk.y, -1.0 / widest)
+                    penumbra_scale: view.tangent_radius,
+                    ..Self::orthographic(view.direction, center, 1.0 / half_width)
+                }
+            }
+            Some(perspective) => {
+                let up = perspective.up.reject_from_normalized(view.direction).normalize_or(axes(view.direction).1);
+                let right = up.cross(view.direction);
+                let half_size = perspective.half_size * (1.0 + gutter);
+                let shorter_side = half_size.min_element();
+                // The scale fits the shorter side; the axis along the longer side is shorter instead.
+                let shrunk = Vec2::splat(shorter_side) / half_size;
+                let inverse_depth = (1.0 / perspective.near - 1.0 / perspective.far).max(f32::MIN_POSITIVE);
+                let lamp_radius = view.tangent_radius * perspective.measured_at;
+                Self {
+                    center: perspective.position,
+                    depth: Vec2::new(1.0 / inverse_depth, -1.0 / (perspective.far * inverse_depth)),
+                    // Penumbras in tile widths per unit of depth; see `percentage_closer_soft_shadow` in maps.wgsl.
+                    penumbra_scale: 0.5 * lamp_radius / shorter_side * inverse_depth,
+                    measured_at: perspective.measured_at,
+                    ..Self::with_axes(right * shrunk.x, up * shrunk.y, -1.0 / shorter_side)
                 }
             }
         }
     }
 
-    /// With the corners of its two tiles in the atlas.
+    /// Returns the view with the corners of its two tiles in the atlas.
     pub(super) fn at(self, corners: [UVec2; 2]) -> Self {
         let [virtuals, phantoms] = corners;
         Self { corners: virtuals.x | virtuals.y << 8 | phantoms.x << 16 | phantoms.y << 24, ..self }
@@ -146,19 +151,19 @@ impl ViewUniform {
             center: NOWHERE,
             corners: 0,
             depth: Vec2::ZERO,
-            spread: 0.0,
+            penumbra_scale: 0.0,
             measured_at: 0.0,
         }
     }
 }
 
-/// Two unit vectors whose cross product is a direction.
+/// Returns two unit vectors (right and up) whose cross product is the direction.
 fn axes(direction: Vec3) -> (Vec3, Vec3) {
     let (right, up) = direction.any_orthonormal_pair();
     if right.cross(up).dot(direction) > 0.0 { (right, up) } else { (up, right) }
 }
 
-/// Two signed fractions of 16 bits, as `unpack2x16snorm` reads them.
+/// Packs two signed 16-bit fractions for `unpack2x16snorm`.
 fn snorms(low: f32, high: f32) -> u32 {
     let snorm = |value: f32| u32::from((value.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
     snorm(low) | snorm(high) << 16
@@ -168,8 +173,8 @@ fn snorms(low: f32, high: f32) -> u32 {
 mod tests {
     use super::*;
 
-    /// `project` of dome.wgsl.
-    fn project(view: &ViewUniform, place: Vec3) -> Vec3 {
+    /// Twin of `project` in `dome.wgsl`, with the division by w.
+    fn project(view: &DomeViewUniform, place: Vec3) -> Vec3 {
         let part =
             |word: u32, high: bool| f32::from(((word >> if high { 16 } else { 0 }) & 0xffff) as u16 as i16) / 32767.0;
         let right = Vec3::new(part(view.axes_low, false), part(view.axes_low, true), part(view.axes_mid, false));
@@ -189,10 +194,11 @@ mod tests {
         let (position, target) = (Vec3::new(0.3, 1.0, -0.2), Vec3::new(0.1, 0.0, 0.4));
         let direction = (position - target).normalize();
         for half_size in [Vec2::new(0.5, 0.25), Vec2::new(0.3, 0.6), Vec2::splat(0.4)] {
-            let lens = Lens { position, up: Vec3::Y, half_size, near: 0.2, far: 3.0, measured_at: 0.0 };
-            let view = LightView { direction, lens: Some(lens), spread: 0.0 };
+            let perspective =
+                PerspectiveView { position, up: Vec3::Y, half_size, near: 0.2, far: 3.0, measured_at: 0.0 };
+            let view = LightView { direction, perspective: Some(perspective), tangent_radius: 0.0 };
             let sphere = BoundingSphere { center: target, radius: 1.0 };
-            let uniform = ViewUniform::new(&view, sphere, 0.0, 256.0);
+            let uniform = DomeViewUniform::new(&view, sphere, 0.0, 256.0);
             let up = Vec3::Y.reject_from_normalized(direction).normalize();
             let right = up.cross(direction);
             for (distance, depth) in [(0.2, 1.0), (3.0, 0.0)] {
@@ -209,7 +215,7 @@ mod tests {
         let sphere = BoundingSphere { center: Vec3::new(0.2, 0.1, 0.0), radius: 0.5 };
         let position = Vec3::new(0.7, 1.2, 0.4);
         let view = LightView::near(position, 0.1, Vec3::ZERO, Some(sphere)).expect("far enough");
-        let uniform = ViewUniform::new(&view, sphere, 0.05, 512.0);
+        let uniform = DomeViewUniform::new(&view, sphere, 0.05, 512.0);
         for i in 0..200 {
             let angle = 2.4 * i as f32;
             let height = i as f32 / 99.5 - 1.0;

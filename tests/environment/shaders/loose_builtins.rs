@@ -50,10 +50,20 @@ const HARMLESS: [(&str, &str, usize, &str); 12] = [
         1,
         "a power below 30 of 0…1, whose half is the edge of a highlight: 1e-5 of its radius",
     ),
-    ("shadows/depth_pass.wgsl", "textureSample", 1, "compared with a cutoff, as in Bevy's own materials"),
-    ("shadows/maps.wgsl", "textureSampleCompareLevel", 6, "weights of 8 bits of a share that many directions average"),
-    ("shadows/receive.wgsl", "exp2", 1, "of −17…−1, an exponent of 1e-5…0.5 of an estimate"),
-    ("shadows/receive.wgsl", "pow", 1, "an estimate of how much of a reflection is hidden, smooth in both arguments"),
+    ("shadows/render/depth_pass.wgsl", "textureSample", 1, "compared with a cutoff, as in Bevy's own materials"),
+    (
+        "shadows/render/maps.wgsl",
+        "textureSampleCompareLevel",
+        6,
+        "weights of 8 bits of a share that many directions average",
+    ),
+    ("shadows/render/receive.wgsl", "exp2", 1, "of −17…−1, an exponent of 1e-5…0.5 of an estimate"),
+    (
+        "shadows/render/receive.wgsl",
+        "pow",
+        1,
+        "an estimate of how much of a reflection is hidden, smooth in both arguments",
+    ),
 ];
 
 /// How often a function is called in a shader, comments left out.

@@ -1,18 +1,18 @@
-//! Which shadow maps are drawn again, and when.
+//! Ages of the shadow maps, and the choice of those to redraw.
 
 use bevy::prelude::*;
 
-/// The directions that together make this share of the energy are the main ones.
-const MAIN_ENERGY: f32 = 0.9;
-/// No main direction shows casters where they were more than this many frames ago.
-const LONGEST_WAIT: u32 = 8;
+/// Fraction of the energy that the main directions give together.
+const MAIN_ENERGY_FRACTION: f32 = 0.9;
+/// Maximum age of the shadow map of a main direction, in frames.
+const MAX_MAIN_AGE: u32 = 8;
 
-/// How casters have moved from one frame to the next.
+/// Movement of casters from one frame to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Movement {
     /// Sum of Δ Δᵀ over the movements of centers, in m².
     moment: Mat3,
-    /// Sum of the squared radii of what has turned, bent, come or gone, in m².
+    /// Sum of the squared radii of casters that have turned, bent, appeared or disappeared, in m².
     reshaped: f32,
 }
 
@@ -23,42 +23,44 @@ impl Default for Movement {
 }
 
 impl Movement {
+    /// Adds a movement of a caster's center.
     pub(super) fn shift(&mut self, by: Vec3) {
         self.moment += Mat3::from_cols(by * by.x, by * by.y, by * by.z);
     }
 
+    /// Adds a caster that has turned, bent, appeared or disappeared.
     pub(super) fn reshape(&mut self, radius: f32) {
         self.reshaped += radius * radius;
     }
 
-    /// Root of the squared movements as a light of a direction sees them, in metres.
+    /// Returns the root of the sum of squared movements as seen from a light in a direction, in meters.
     fn seen_from(&self, direction: Vec3) -> f32 {
         let trace = self.moment.x_axis.x + self.moment.y_axis.y + self.moment.z_axis.z;
         (trace - direction.dot(self.moment * direction) + self.reshaped).max(0.0).sqrt()
     }
 }
 
-/// The directions of a dome and how old their shadow maps are.
+/// Directions of a dome with the ages of their shadow maps.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Schedule {
+pub(super) struct RefreshSchedule {
     directions: Vec<DirectionAge>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct DirectionAge {
-    /// None for a place that is not taken.
+    /// `None` for a free slot.
     direction: Option<Vec3>,
-    /// Frames since casters were last where the shadow map shows them; 0 for one that is true.
+    /// Frames since casters were where the shadow map shows them; 0 if the shadow map is up to date.
     age: u32,
-    /// How far they have gone since, in metres.
+    /// Distance that casters have moved since then, in meters; `f32::MAX` for a shadow map that was never drawn.
     movement: f32,
 }
 
 impl DirectionAge {
-    /// Of a shadow map that was never drawn.
+    /// Returns the age of a shadow map that was never drawn.
     fn new(direction: Option<Vec3>) -> Self {
         match direction {
-            Some(_) => Self { direction, age: LONGEST_WAIT, movement: f32::MAX },
+            Some(_) => Self { direction, age: MAX_MAIN_AGE, movement: f32::MAX },
             None => Self { direction, age: 0, movement: 0.0 },
         }
     }
@@ -68,7 +70,7 @@ impl DirectionAge {
     }
 }
 
-/// The state of a dome after a frame's choice.
+/// Statistics of a dome's shadow maps after the choice of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Ages {
     pub outdated: u32,
@@ -76,20 +78,21 @@ pub(super) struct Ages {
     pub oldest_main: u32,
 }
 
-impl Schedule {
-    /// A dome whose shadow maps are all still to be drawn.
+impl RefreshSchedule {
+    /// Returns the schedule of a dome whose shadow maps were never drawn.
     pub(super) fn new(directions: impl Iterator<Item = Option<Vec3>>) -> Self {
         Self { directions: directions.map(DirectionAge::new).collect() }
     }
 
-    /// Gives one of the directions up for another, for the same one seen anew or for none.
-    pub(super) fn turn(&mut self, index: usize, direction: Option<Vec3>) {
-        if let Some(turned) = self.directions.get_mut(index) {
-            *turned = DirectionAge::new(direction);
+    /// Replaces one direction by another one or by none. Its shadow map counts as never drawn, also if the direction
+    /// is the same.
+    pub(super) fn replace(&mut self, index: usize, direction: Option<Vec3>) {
+        if let Some(replaced) = self.directions.get_mut(index) {
+            *replaced = DirectionAge::new(direction);
         }
     }
 
-    /// Lets a frame pass in which casters have moved, or not.
+    /// Advances all ages by one frame, in which casters may have moved.
     pub(super) fn advance(&mut self, movement: Option<Movement>) {
         for aged in &mut self.directions {
             if let (Some(movement), Some(direction)) = (movement, aged.direction) {
@@ -105,7 +108,7 @@ impl Schedule {
         self.directions.iter().any(|direction| direction.age > 0)
     }
 
-    /// The main directions, by energy: the fewest that make most of it.
+    /// Returns the main directions by descending energy: the smallest set that gives most of the energy.
     fn main_directions(&self, energies: &[f32]) -> Vec<usize> {
         let energy = |i: usize| energies.get(i).copied().unwrap_or(1.0).max(0.0);
         let mut order: Vec<usize> =
@@ -114,15 +117,16 @@ impl Schedule {
         let total: f32 = order.iter().map(|&i| energy(i)).sum();
         let mut sum = 0.0;
         let is_needed = |i: &usize| {
-            let needed = sum < MAIN_ENERGY * total;
+            let needed = sum < MAIN_ENERGY_FRACTION * total;
             sum += energy(*i);
             needed
         };
         order.into_iter().take_while(is_needed).collect()
     }
 
-    /// Chooses the directions to draw again: as many of the longest outdated main ones as it takes that none of them gets
-    /// older than eight frames, then up to `budget` by energy × age × movement. What was never drawn is drawn at once, besides.
+    /// Chooses the directions to redraw: first as many of the oldest main directions as are needed to keep none of
+    /// them older than eight frames, then others by energy × age × movement, up to `budget` in total. Directions that
+    /// were never drawn are always chosen and do not count towards the budget.
     pub(super) fn choose(&mut self, budget: u32, energies: &[f32]) -> (Vec<u32>, Ages) {
         let main = self.main_directions(energies);
         let (drawn, mut chosen): (Vec<usize>, Vec<usize>) =
@@ -131,7 +135,7 @@ impl Schedule {
         let mut waiting: Vec<usize> =
             main.iter().copied().filter(|&i| self.directions[i].was_drawn() && self.directions[i].age > 0).collect();
         waiting.sort_by_key(|&i| std::cmp::Reverse(self.directions[i].age));
-        waiting.truncate(main.len().div_ceil(LONGEST_WAIT as usize));
+        waiting.truncate(main.len().div_ceil(MAX_MAIN_AGE as usize));
         chosen.extend(waiting);
         let priority = |i: usize| {
             let DirectionAge { age, movement, .. } = self.directions[i];
@@ -156,7 +160,7 @@ impl Schedule {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::dome::hemisphere, *};
+    use super::{super::directions::hemisphere, *};
 
     fn moving() -> Option<Movement> {
         let mut movement = Movement::default();
@@ -171,7 +175,7 @@ mod tests {
 
     #[test]
     fn a_still_scene_is_drawn_once() {
-        let mut schedule = Schedule::new(hemisphere(64).map(Some));
+        let mut schedule = RefreshSchedule::new(hemisphere(64).map(Some));
         assert_eq!(schedule.choose(16, &[]).0.len(), 64, "all that was never drawn");
         for _ in 0..5 {
             schedule.advance(None);
@@ -181,7 +185,7 @@ mod tests {
 
     #[test]
     fn after_one_movement_each_direction_is_drawn_once_in_the_order_of_energy() {
-        let mut schedule = Schedule::new(hemisphere(64).map(Some));
+        let mut schedule = RefreshSchedule::new(hemisphere(64).map(Some));
         schedule.choose(16, &[]);
         let energies = energies(64, 4);
         let mut drawn = Vec::new();
@@ -202,7 +206,7 @@ mod tests {
     fn while_casters_move_no_main_direction_waits_longer_than_eight_frames() {
         for (count, budget, lamps) in [(64, 16, 0), (64, 4, 5), (256, 16, 0), (256, 16, 20), (1024, 16, 0)] {
             let energies = energies(count, lamps);
-            let mut schedule = Schedule::new(hemisphere(count).map(Some));
+            let mut schedule = RefreshSchedule::new(hemisphere(count).map(Some));
             schedule.choose(budget, &energies);
             let (mut oldest, mut most) = (0, 0);
             for _ in 0..60 {
@@ -212,25 +216,25 @@ mod tests {
                 most = most.max(chosen.len());
             }
             println!("{count} directions, {lamps} lamps, budget {budget}: up to {most} a frame, oldest {oldest}");
-            assert!(oldest <= LONGEST_WAIT);
-            assert!(most <= (budget as usize).max(count.div_ceil(LONGEST_WAIT) as usize));
+            assert!(oldest <= MAX_MAIN_AGE);
+            assert!(most <= (budget as usize).max(count.div_ceil(MAX_MAIN_AGE) as usize));
         }
     }
 
     #[test]
     fn one_that_turns_is_drawn_at_once_besides_the_others_and_a_free_place_never() {
-        let mut schedule = Schedule::new(hemisphere(64).map(Some).chain([None]));
+        let mut schedule = RefreshSchedule::new(hemisphere(64).map(Some).chain([None]));
         assert_eq!(schedule.choose(16, &[]).0.len(), 64);
         for step in 0..40 {
-            schedule.turn(64, Some(Vec3::new(0.1 * step as f32, 1.0, 0.0).normalize()));
+            schedule.replace(64, Some(Vec3::new(0.1 * step as f32, 1.0, 0.0).normalize()));
             schedule.advance(moving());
             let (chosen, ages) = schedule.choose(16, &[]);
             assert!(
-                chosen.contains(&64) && chosen.len() == 17 && ages.oldest_main <= LONGEST_WAIT,
+                chosen.contains(&64) && chosen.len() == 17 && ages.oldest_main <= MAX_MAIN_AGE,
                 "{chosen:?} {ages:?}"
             );
         }
-        schedule.turn(64, None);
+        schedule.replace(64, None);
         schedule.advance(moving());
         let (chosen, ages) = schedule.choose(u32::MAX, &[]);
         assert!(chosen.len() == 64 && ages.outdated == 0);

@@ -1,28 +1,29 @@
-// Environment cube → radiance × solid angle of each direction of the dome.
+// Environment cube → radiance × solid angle of each direction of the dome, and the order of the directions by their
+// light.
 
-#import bevy_mirrorball::shadows::dome::{DomeWeight, pack_light, unpack_light, unpack_solid_angle}
+#import bevy_mirrorball::shadows::render::dome::{DomeWeight, pack_light, unpack_light, unpack_solid_angle}
 #import bevy_mirrorball::environment_map::cubemap::sample_faces
 
-/// Mirror of `WeightsUniform` in weights_pass.rs.
+/// Mirror of `WeightsUniform` in `weights_pipeline.rs`.
 struct Weights {
     cube_from_dome: mat3x3f,
-    /// Directions with shadow maps, key lights, other directions.
+    /// Numbers of directions with shadow maps, key lights, and other directions.
     counts: vec3u,
-    /// Share of the light of the directions with shadow maps whose dimmest ones are left out.
+    /// Fraction of the light of the directions with shadow maps that the unshadowed, dimmest ones may have in total.
     dim_share: f32,
-    /// Mip level of the cube to look at.
+    /// Mip level of the cube to read.
     level: u32,
 }
 
 @group(0) @binding(0) var cube: texture_2d_array<f32>;
 @group(0) @binding(1) var<uniform> uniforms: Weights;
-/// Directions (dome frame) and solid angles of small patches of the sphere, those of one direction together.
+/// Directions (in the dome's frame) and solid angles of small patches of the sphere, grouped by cell.
 @group(0) @binding(2) var<storage, read> patches: array<vec4f>;
-/// The first patch of each direction and one past the last; z: 1 for what is below the horizon.
+/// Per direction: the first patch and one past the last; z: 1 if the direction is below the horizon.
 @group(0) @binding(3) var<storage, read> ranges: array<vec4u>;
-/// With those of directions with shadow maps first, then those of key lights.
+/// Weights of directions with shadow maps, key lights, other directions, then the mean below the horizon.
 @group(0) @binding(4) var<storage, read_write> weights: array<DomeWeight>;
-/// Directions of key lights (dome frame) and cosines of the angles around them that are theirs.
+/// Directions of key lights (in the dome's frame), and cosines of the radii of their cones.
 @group(0) @binding(5) var<storage, read> keys: array<vec4f>;
 
 const THREADS: u32 = 64u;
@@ -39,7 +40,7 @@ fn sum_of_all_threads(thread: u32) -> vec4f {
     return partial[0];
 }
 
-/// The key light to which a direction belongs, or how many there are.
+/// Index of the key light whose cone contains a direction, or the number of key lights if there is none.
 fn key_of(dir: vec3f) -> u32 {
     for (var key = 0u; key < uniforms.counts.y; key++) {
         if dot(keys[key].xyz, dir) > keys[key].w {
@@ -49,7 +50,7 @@ fn key_of(dir: vec3f) -> u32 {
     return uniforms.counts.y;
 }
 
-/// Of some patches those that belong to a key light, or to none: radiance × solid angle, and solid angle.
+/// Sum over the patches of a range that belong to a key light, or to none: radiance × solid angle, and solid angle.
 fn weigh(first: u32, end: u32, key: u32, thread: u32) -> vec4f {
     var sum = vec4f(0.0);
     for (var i = first + thread; i < end; i += THREADS) {
@@ -64,15 +65,15 @@ fn weigh(first: u32, end: u32, key: u32, thread: u32) -> vec4f {
     return sum_of_all_threads(thread);
 }
 
-/// One workgroup per direction, then one per key light, which has its light from whatever directions it is in.
+/// One workgroup per direction, then one per key light, which takes its light from all cells that its cone touches.
 @compute @workgroup_size(THREADS)
 fn weigh_cells(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
-    let spread = uniforms.counts.x + uniforms.counts.z;
+    let direction_count = uniforms.counts.x + uniforms.counts.z;
     var first = 0u;
     var end = arrayLength(&patches);
-    var key = group.x - spread;
+    var key = group.x - direction_count;
     var index = uniforms.counts.x + key;
-    if group.x < spread {
+    if group.x < direction_count {
         let range = ranges[group.x];
         first = range.x;
         end = range.y;
@@ -85,7 +86,7 @@ fn weigh_cells(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     }
 }
 
-/// One workgroup: the mean radiance below the horizon, behind the last direction.
+/// One workgroup: writes the mean radiance below the horizon behind the last direction.
 @compute @workgroup_size(THREADS)
 fn average_below(@builtin(local_invocation_index) thread: u32) {
     let count = uniforms.counts.x + uniforms.counts.z;
@@ -105,7 +106,7 @@ fn luminance(index: u32) -> f32 {
     return dot(unpack_light(weights[index]), vec3f(0.2126, 0.7152, 0.0722));
 }
 
-/// One workgroup: which directions with shadow maps come first by what they give, and how many are worth a look.
+/// One workgroup: ranks the directions with shadow maps by luminance, and counts those bright enough for a lookup.
 @compute @workgroup_size(THREADS)
 fn rank_directions(@builtin(local_invocation_index) thread: u32) {
     let count = uniforms.counts.x + uniforms.counts.y;
@@ -123,7 +124,7 @@ fn rank_directions(@builtin(local_invocation_index) thread: u32) {
             total += other;
         }
         weights[rank].ranked = i;
-        // The dimmest together give the dim share; a direction is one of them if it and all after it are within.
+        // A direction is dim if it and all dimmer ones together have at most this fraction of the light.
         bright += f32(total - brighter > uniforms.dim_share * total);
     }
     partial[thread] = vec4f(bright);

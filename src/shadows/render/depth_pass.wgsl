@@ -1,23 +1,23 @@
-// Draws casters into the tiles of several directions at once: an instance is a caster seen from one direction.
+// Draws casters into the tiles of several directions at once. Each instance is a caster seen from one direction.
 
-#import bevy_mirrorball::shadows::dome::{Dome, atlas_uv, project, tile_corner, tile_span}
+#import bevy_mirrorball::shadows::render::dome::{Dome, atlas_uv, project, tile_corner, tile_span}
 
-/// Mirror of `CasterUniform` in depth_pass.rs.
+/// Mirror of `CasterUniform` in `caster_buffers.rs`.
 struct Caster {
     world_from_local: mat4x4f,
-    /// Rows that map texture coordinates.
+    /// Rows of the matrix that maps texture coordinates.
     uv_x: vec4f,
     uv_y: vec4f,
-    /// 0 virtual, 1 phantom.
+    /// 0 for a virtual caster, 1 for a phantom.
     kind: u32,
     first_joint: u32,
     first_morph_weight: u32,
     morph_targets: u32,
-    /// Of the mesh in its buffer, to number its vertices from 0.
+    /// First vertex of the mesh in its buffer, to number its vertices from 0.
     first_vertex: u32,
     vertex_count: u32,
     first_morph_displacement: u32,
-    /// Nothing is drawn where the texture's alpha is below this.
+    /// Minimum alpha of the texture where something is drawn.
     cutoff: f32,
 }
 
@@ -30,7 +30,7 @@ struct MorphDisplacement {
 
 @group(0) @binding(0) var<storage, read> dome: Dome;
 @group(0) @binding(1) var<storage, read> casters: array<Caster>;
-/// How many directions are drawn, and which.
+/// Number of directions to draw, then their indices.
 @group(0) @binding(2) var<storage, read> refreshed: array<u32>;
 @group(0) @binding(3) var<storage, read> joints: array<mat4x4f>;
 @group(0) @binding(4) var<storage, read> morph_weights: array<f32>;
@@ -38,8 +38,8 @@ struct MorphDisplacement {
 @group(1) @binding(0) var<storage, read> morph_displacements: array<MorphDisplacement>;
 #endif
 #ifdef CUT_OUT
-@group(#{CUTOUT_GROUP}) @binding(0) var cutout: texture_2d<f32>;
-@group(#{CUTOUT_GROUP}) @binding(1) var cutout_sampler: sampler;
+@group(#{CUTOUT_GROUP}) @binding(0) var mask_texture: texture_2d<f32>;
+@group(#{CUTOUT_GROUP}) @binding(1) var mask_sampler: sampler;
 #endif
 
 struct Vertex {
@@ -64,13 +64,13 @@ struct Varyings {
 #endif
 }
 
-/// Where in the atlas a homogeneous position of a tile is.
+/// Clip-space position in the atlas of a homogeneous position in a tile.
 fn clip_position(kind: u32, index: u32, pos: vec4f) -> vec4f {
     let corner = tile_corner(dome.views[index].corners, kind);
-    let span = tile_span(dome.params.w, index, dome.served.w);
-    // Of the tile's center and half its size, because divisions by w come later.
-    let center = atlas_uv(dome.counts, corner, span, vec2f(0.0));
-    let half_size = atlas_uv(dome.counts, corner, span, vec2f(1.0)) - center;
+    let span = tile_span(dome.key_span, index, dome.first_key);
+    // Multiplied by w, because the division by w comes later.
+    let center = atlas_uv(dome.atlas_tiles, corner, span, vec2f(0.0));
+    let half_size = atlas_uv(dome.atlas_tiles, corner, span, vec2f(1.0)) - center;
     let uv = center * pos.w + half_size * pos.xy;
     return vec4f(uv.x * 2.0 - pos.w, pos.w - uv.y * 2.0, pos.z, pos.w);
 }
@@ -107,11 +107,11 @@ fn vertex(in: Vertex) -> Varyings {
     return out;
 }
 
-/// Nothing may be drawn into a neighbor's tile.
+/// Discards what lies outside the tile, so that nothing is drawn into a neighboring tile.
 @fragment
 fn fragment(in: Varyings) {
 #ifdef CUT_OUT
-    if textureSample(cutout, cutout_sampler, in.uv).a < in.cutoff {
+    if textureSample(mask_texture, mask_sampler, in.uv).a < in.cutoff {
         discard;
     }
 #endif
@@ -120,7 +120,7 @@ fn fragment(in: Varyings) {
     }
 }
 
-/// Two triangles over a tile, as far away as can be: an instance is one of the refreshed tiles.
+/// Two triangles over a tile at the farthest depth. Each instance is one of the refreshed tiles.
 @vertex
 fn clear(@builtin(instance_index) instance: u32, @builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     let direction = refreshed[1u + instance % refreshed[0]];

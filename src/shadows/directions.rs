@@ -1,22 +1,17 @@
-//! The directions of a dome, the part of the sphere each stands for, and the box their shadow maps look at.
+//! Directions of a dome, and the cells of the sphere for which they stand.
 
-use super::DomeCoverage;
+use super::dome_light::DomeCoverage;
 use crate::environment_map::cube_directions;
 use bevy::prelude::*;
 use std::sync::Arc;
 
-/// Golden angle in radians: successive points of a Fibonacci lattice are this far apart in azimuth.
+/// Golden angle in radians: the difference in azimuth between successive points of a Fibonacci lattice.
 const GOLDEN_ANGLE: f32 = 2.399_963_2;
-/// Fewest directions below the horizon of a dome whose directions are given.
-const LEAST_BELOW: u32 = 16;
-/// The last fitted sphere is kept while the casters fill at least this share of its radius.
-const KEEP_FILL: f32 = 0.7;
-/// Spheres have radii that are powers of this, so that casters may grow a little before they leave theirs and the texels of
-/// shadow maps keep their size.
-const RADIUS_STEP: f32 = 1.125;
+/// Minimum number of directions below the horizon of a dome whose directions are given.
+const MIN_BELOW_DIRECTIONS: u32 = 16;
 
-/// Unit directions on the hemisphere around +Y, each standing for the same solid angle 2π/count (Fibonacci lattice). A single
-/// one points up.
+/// Returns unit directions on the hemisphere around +Y, which stand for equal solid angles 2π/count (Fibonacci
+/// lattice). A single direction points up.
 pub(super) fn hemisphere(count: u32) -> impl Iterator<Item = Vec3> {
     (0..count).map(move |i| {
         let height = if count == 1 { 1.0 } else { (i as f32 + 0.5) / count as f32 };
@@ -26,7 +21,7 @@ pub(super) fn hemisphere(count: u32) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// Unit directions on the whole sphere, each standing for the same solid angle 4π/count.
+/// Returns unit directions on the whole sphere, which stand for equal solid angles 4π/count.
 fn sphere(count: u32) -> impl Iterator<Item = Vec3> {
     (0..count).map(move |i| {
         let height = (2 * i + 1) as f32 / count as f32 - 1.0;
@@ -36,17 +31,17 @@ fn sphere(count: u32) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// Directions that share the light between them, in the dome's frame.
+/// Unit directions among which the light is divided, in the dome's frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Directions {
-    /// With shadow maps.
+    /// Directions with shadow maps.
     pub shadowed: Arc<[Vec3]>,
-    /// Below the horizon, without.
+    /// Directions below the horizon, without shadow maps.
     pub below: Arc<[Vec3]>,
 }
 
 impl Directions {
-    /// Spread evenly; those below a hemisphere are its mirror images.
+    /// Returns evenly spread directions. Those below a hemisphere are its mirror images.
     pub(super) fn spread(coverage: DomeCoverage, count: u32) -> Self {
         match coverage {
             DomeCoverage::Hemisphere => Self {
@@ -57,10 +52,10 @@ impl Directions {
         }
     }
 
-    /// Given ones; below them as many are spread as they are, or more.
+    /// Returns given directions, and below the horizon at least as many that are spread evenly.
     pub(super) fn given(coverage: DomeCoverage, shadowed: Arc<[Vec3]>) -> Self {
         let below = match coverage {
-            DomeCoverage::Hemisphere => Self::spread(coverage, (shadowed.len() as u32).max(LEAST_BELOW)).below,
+            DomeCoverage::Hemisphere => Self::spread(coverage, (shadowed.len() as u32).max(MIN_BELOW_DIRECTIONS)).below,
             DomeCoverage::Sphere => Arc::default(),
         };
         Self { shadowed, below }
@@ -71,16 +66,16 @@ impl Directions {
     }
 }
 
-/// Division of the sphere among directions.
+/// Division of the sphere into one cell per direction.
 pub(super) struct Cells {
-    /// Direction (dome frame) and solid angle (steradian) of small patches, those of one cell together.
+    /// Direction (in the dome's frame) and solid angle (in steradians) of small patches, grouped by cell.
     pub patches: Vec<Vec4>,
-    /// First patch and one past the last, and 1 for what is below the horizon; per direction.
+    /// Per direction: the first patch, one past the last patch, and 1 if the direction is below the horizon.
     pub ranges: Vec<UVec4>,
 }
 
 impl Cells {
-    /// Gives every patch of the sphere, a texel of a cube, to the direction nearest to it.
+    /// Assigns every patch of the sphere, which is a texel of a cube, to the nearest direction.
     pub(super) fn new(directions: &Directions, cube_edge: u32) -> Self {
         let directions: Vec<Vec3> = directions.all().collect();
         let mut by_direction: Vec<Vec<Vec4>> = vec![Vec::new(); directions.len()];
@@ -98,37 +93,6 @@ impl Cells {
             cells.ranges.push(UVec4::new(start, cells.patches.len() as u32, u32::from(direction.y < 0.0), 0));
         }
         cells
-    }
-}
-
-/// Sphere around all casters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct BoundingSphere {
-    pub center: Vec3,
-    pub radius: f32,
-}
-
-impl BoundingSphere {
-    /// Sphere around spheres: about the middle of their common box, never empty.
-    pub(super) fn around(spheres: &[BoundingSphere]) -> Option<Self> {
-        let low = spheres.iter().map(|s| s.center - s.radius).reduce(Vec3::min)?;
-        let high = spheres.iter().map(|s| s.center + s.radius).reduce(Vec3::max)?;
-        let center = 0.5 * (low + high);
-        let radius = spheres.iter().map(|s| s.center.distance(center) + s.radius).fold(0.0, f32::max);
-        (center.is_finite() && radius.is_finite() && radius > 0.0).then_some(Self { center, radius })
-    }
-
-    /// The last sphere if it still holds this one without being much too large; else this one, with some room to move.
-    pub(super) fn or_keep(self, last: Option<Self>) -> Self {
-        match last {
-            Some(last)
-                if last.center.distance(self.center) + self.radius <= last.radius
-                    && self.radius >= KEEP_FILL * last.radius =>
-            {
-                last
-            }
-            _ => Self { radius: RADIUS_STEP.powf((self.radius.ln() / RADIUS_STEP.ln()).ceil()), ..self },
-        }
     }
 }
 
@@ -160,19 +124,5 @@ mod tests {
             let irradiance: f32 = hemisphere(count).map(|dir| dir.y * 2.0 * std::f32::consts::PI / count as f32).sum();
             assert!((irradiance / std::f32::consts::PI - 1.0).abs() < 1e-4, "{count}: {irradiance}");
         }
-    }
-
-    #[test]
-    fn a_sphere_is_kept_until_casters_leave_it_or_shrink() {
-        let unit = |x: f32, radius: f32| BoundingSphere { center: Vec3::new(x, 0.0, 0.0), radius };
-        assert_eq!(unit(0.05, 0.9).or_keep(Some(unit(0.0, 1.0))), unit(0.0, 1.0));
-        for (left, last) in [(unit(0.2, 0.9), unit(0.0, 1.0)), (unit(0.0, 0.5), unit(0.0, 1.0))] {
-            let fitted = left.or_keep(Some(last));
-            assert_eq!(fitted.center, left.center);
-            assert!((1.0..RADIUS_STEP + 1e-4).contains(&(fitted.radius / left.radius)), "{fitted:?}");
-        }
-        let both = BoundingSphere::around(&[unit(-1.0, 0.5), unit(1.0, 0.5)]).expect("not empty");
-        assert_eq!(both, unit(0.0, 1.5));
-        assert_eq!(BoundingSphere::around(&[]), None);
     }
 }

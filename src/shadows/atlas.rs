@@ -1,0 +1,123 @@
+//! The depth atlas and the buffers that the dome shares with materials.
+
+use super::{
+    atlas_layout::{AtlasLayout, MAX_ATLAS_EDGE},
+    dome_light::ShadowDomeLight,
+    filter::DomeShader,
+    fitted_dome::FittedDome,
+};
+use bevy::{
+    asset::RenderAssetUsages,
+    prelude::*,
+    render::{
+        extract_resource::ExtractResource, render_resource::BufferUsages, renderer::RenderDevice, storage::ShaderBuffer,
+    },
+};
+
+/// Binding indices of the atlas, its sampler, the views and the weights, in materials and in the visibility pass.
+pub(super) const SHADOW_BINDINGS: [u32; 4] = [100, 101, 102, 103];
+
+/// Key of everything that materials bind. Materials are remade when it changes.
+pub(crate) type DomeIdentity = (AssetId<Image>, AssetId<ShaderBuffer>, DomeShader);
+
+/// Textures and buffers that materials bind to compute the fraction of light that arrives at a point. See
+/// `render/visibility.wgsl`.
+///
+/// The handles change only with the dome's settings. All contents are written on the GPU.
+#[derive(Resource, ExtractResource, Clone, Debug)]
+pub struct DomeTextures {
+    /// Depth atlas with a comparison sampler. 32-bit float, reversed depth: 1 is nearest to the light, 0 is empty.
+    pub atlas: Handle<Image>,
+    /// Views of all directions (`Dome` in `dome.wgsl`).
+    pub views: Handle<ShaderBuffer>,
+    /// Radiance × solid angle of each direction in linear camera units (`DomeWeight` in `dome.wgsl`): directions with
+    /// shadow maps, key lights, directions without shadow maps, then `L_p`.
+    pub weights: Handle<ShaderBuffer>,
+    /// Samples of the visibility pass, row by row, four 16-bit floats each: the fraction of light that arrives in
+    /// red, green and blue, and 1. At a phantom the last one is the luminance that other phantoms leave, if there are
+    /// lamps. This is a buffer because the textures of Bevy's materials and of this crate together would exceed
+    /// WebGPU's limit of 16.
+    pub visibility: Handle<ShaderBuffer>,
+    pub(super) visibility_size: UVec2,
+    pub(crate) shader: DomeShader,
+    pub(super) layout: AtlasLayout,
+}
+
+impl FromWorld for DomeTextures {
+    fn from_world(world: &mut World) -> Self {
+        let layout = AtlasLayout::new(1, 0, 1, MAX_ATLAS_EDGE);
+        let mut images = world.resource_mut::<Assets<Image>>();
+        let atlas = images.add(layout.image());
+        let visibility_size = UVec2::ONE;
+        let mut buffers = world.resource_mut::<Assets<ShaderBuffer>>();
+        let max_views = (2 * ShadowDomeLight::MAX_DIRECTIONS + ShadowDomeLight::MAX_KEY_LIGHTS) as usize;
+        let mut buffer = |size| {
+            let mut buffer = ShaderBuffer::new(&vec![0; size], RenderAssetUsages::RENDER_WORLD);
+            buffer.buffer_description.usage |= BufferUsages::COPY_SRC;
+            buffers.add(buffer)
+        };
+        let (views, weights) =
+            (buffer(VIEWS_HEADER_BYTES + VIEW_BYTES * max_views), buffer(WEIGHT_BYTES * (max_views + 1)));
+        Self {
+            atlas,
+            views,
+            weights,
+            visibility: buffers.add(visibility_buffer(visibility_size)),
+            visibility_size,
+            shader: DomeShader::default(),
+            layout,
+        }
+    }
+}
+
+impl DomeTextures {
+    pub(crate) fn identity(&self) -> DomeIdentity {
+        (self.atlas.id(), self.visibility.id(), self.shader)
+    }
+
+    /// Replaces the buffer of the visibility pass by one for another number of samples.
+    pub(super) fn resize_visibility(&mut self, size: UVec2, buffers: &mut Assets<ShaderBuffer>) {
+        self.visibility = buffers.add(visibility_buffer(size));
+        self.visibility_size = size;
+    }
+}
+
+/// Bytes of `Dome` in `dome.wgsl` before its views.
+pub(super) const VIEWS_HEADER_BYTES: usize = 4 * 16 + 64;
+/// Bytes of `DomeView` in `dome.wgsl`.
+pub(super) const VIEW_BYTES: usize = 48;
+/// Bytes of `DomeWeight` in `dome.wgsl`.
+pub(super) const WEIGHT_BYTES: usize = 12;
+/// Bytes of one sample that `visibility_pass.wgsl` writes.
+const VISIBILITY_BYTES: usize = 8;
+
+/// Returns a buffer for the samples of the visibility pass.
+fn visibility_buffer(size: UVec2) -> ShaderBuffer {
+    let bytes = size.element_product() as usize * VISIBILITY_BYTES;
+    ShaderBuffer::new(&vec![0; bytes], RenderAssetUsages::RENDER_WORLD)
+}
+
+/// Fits the atlas to the number of shadow maps and to the resolution of the first dome.
+pub(super) fn fit_atlas(
+    mut textures: ResMut<DomeTextures>,
+    mut images: ResMut<Assets<Image>>,
+    domes: Query<&ShadowDomeLight>,
+    fitted: Res<FittedDome>,
+    device: Res<RenderDevice>,
+) {
+    let Some(dome) = domes.iter().next() else {
+        return;
+    };
+    let (directions, keys) = (fitted.direction_count(), fitted.keys.len() as u32);
+    if directions == 0 {
+        return;
+    }
+    let max_edge = device.limits().max_texture_dimension_2d.min(MAX_ATLAS_EDGE);
+    let layout = AtlasLayout::new(directions, keys, dome.resolution.clamp(32, 1024), max_edge);
+    let has_perspective = keys > 0 || fitted.file_views.iter().any(|view| view.perspective.is_some());
+    textures.shader = DomeShader { filter: dome.filter.kind(), has_keys: keys > 0, has_perspective };
+    if textures.layout != layout {
+        textures.atlas = images.add(layout.image());
+        textures.layout = layout;
+    }
+}

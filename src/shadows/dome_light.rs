@@ -1,0 +1,137 @@
+//! The component [`ShadowDomeLight`], its settings, and the state that it reports.
+
+use super::filter::ShadowFilter;
+use bevy::prelude::*;
+
+/// Dome of shadow-casting directions colored by the measured environment. The up axis of the dome is the entity's +Y.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::prelude::*;
+/// # use bevy_mirrorball::shadows::ShadowFilter;
+/// # fn setup(mut commands: Commands) {
+/// commands.spawn(ShadowDomeLight { directions: 128, filter: ShadowFilter::Gauss, ..default() });
+/// # }
+/// ```
+#[derive(Component, Reflect, Clone, Debug, PartialEq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+#[require(Transform, Visibility, DomeState)]
+pub struct ShadowDomeLight {
+    /// Number of directions with shadow maps, 1…1024 (clamped), spread evenly over the `coverage`. A single direction
+    /// points along the entity's +Y, for a light placed by hand. Defaults to 64.
+    pub directions: u32,
+    /// Part of the sphere over which the directions are spread. Defaults to the upper hemisphere.
+    pub coverage: DomeCoverage,
+    /// Maximum number of key lights, 0…8 (clamped): the strongest [`RealLight`](crate::lighting::RealLight)s, which
+    /// have their own shadow maps with twice the resolution and a penumbra as wide as the light requires. Their part
+    /// of the environment's light is taken from the directions around them. Defaults to 2.
+    pub key_lights: u32,
+    /// Edge of one direction's square shadow map in texels, 32…1024 (clamped). It is halved until the atlas is at most
+    /// 8192 texels wide and high, or as large as the device's largest texture if that is smaller. Defaults to 256.
+    pub resolution: u32,
+    /// Filter of the shadow maps. Defaults to bilinear, because the sum over many directions is smooth anyway.
+    pub filter: ShadowFilter,
+    /// Positions at which visibility is computed. Defaults to every second pixel in both directions, interleaved.
+    pub samples: VisibilitySamples,
+    /// Number of shadow maps to redraw in a frame in which casters move, at least 1. It is raised if one of the
+    /// directions that give 90 % of the light would otherwise wait for more than eight frames. Defaults to 16.
+    pub refreshed_per_frame: u32,
+    /// Fraction of the dome's light to leave unshadowed, 0…1 (clamped; 0 if not finite). The dimmest directions, up
+    /// to this fraction in total, skip their shadow-map lookup. Defaults to 0.005.
+    pub dim_share: f32,
+    /// Whether shadows also darken reflections of the environment on virtual surfaces. The amount is estimated from the
+    /// missing diffuse light. Defaults to `false`.
+    pub occludes_reflections: bool,
+}
+
+impl Default for ShadowDomeLight {
+    fn default() -> Self {
+        Self {
+            directions: 64,
+            coverage: DomeCoverage::default(),
+            key_lights: 2,
+            resolution: 256,
+            filter: ShadowFilter::default(),
+            samples: VisibilitySamples::default(),
+            refreshed_per_frame: 16,
+            dim_share: 0.005,
+            occludes_reflections: false,
+        }
+    }
+}
+
+impl ShadowDomeLight {
+    /// Maximum number of directions of a dome.
+    pub const MAX_DIRECTIONS: u32 = 1024;
+
+    /// Maximum number of key lights of a dome.
+    pub const MAX_KEY_LIGHTS: u32 = 8;
+
+    /// Returns the number of directions, clamped to its range.
+    pub(super) fn clamped_directions(&self) -> u32 {
+        self.directions.clamp(1, Self::MAX_DIRECTIONS)
+    }
+}
+
+/// Part of the sphere in which a dome has shadow maps.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+pub enum DomeCoverage {
+    /// Above the horizon. Light from below comes from the desk on which everything stands.
+    #[default]
+    Hemisphere,
+    /// The whole sphere, for objects that float or hang.
+    Sphere,
+}
+
+/// Positions at which visibility is summed over all directions.
+///
+/// All variants except [`Fragment`](Self::Fragment) need a depth and normal prepass. The crate adds it to the camera
+/// with the visibility pass: the first active [`ArCamera`](crate::camera::ArCamera), or the first active `Camera3d`
+/// if there is none. Fragments without a matching sample (thin or transparent objects) and fragments of all other
+/// cameras compute the sum themselves.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Default, Debug, Clone, PartialEq, Hash)]
+pub enum VisibilitySamples {
+    /// Like [`Half`](Self::Half), but each sample sums over a quarter of the directions (and all key lights) and
+    /// takes the rest from its neighbors on the same surface. Geometry thinner than six pixels gets less accurate
+    /// shadows.
+    #[default]
+    Interleaved,
+    /// One sample per 2 × 2 pixels, interpolated along surfaces.
+    Half,
+    /// One sample per pixel.
+    Full,
+    /// The sum is computed in every fragment that materials draw, without a prepass. Exact and slow.
+    Fragment,
+}
+
+impl VisibilitySamples {
+    /// Returns the width of one sample in pixels, or 0 without samples.
+    pub(super) fn pixels(self) -> u32 {
+        match self {
+            Self::Interleaved | Self::Half => 2,
+            Self::Full => 1,
+            Self::Fragment => 0,
+        }
+    }
+}
+
+/// State of a [`ShadowDomeLight`] in the last frame. Required by it; written by the crate.
+#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct DomeState {
+    /// Number of meshes that cast shadows.
+    pub casters: u32,
+    /// Number of directions whose shadow maps were redrawn in this frame.
+    pub redrawn: u32,
+    /// Number of directions whose shadow maps show casters at old positions.
+    pub outdated: u32,
+    /// Number of main directions: the smallest set that gives 90 % of the light, which is read back from the GPU with
+    /// a delay of some frames.
+    pub main: u32,
+    /// Number of real lights that have their own shadow maps.
+    pub key_lights: u32,
+    /// Age of the oldest shadow map of the main directions: frames since the casters were where it shows them.
+    pub oldest_main: u32,
+}

@@ -1,0 +1,237 @@
+// Lookups of the dome's shadow maps: the visibility of a direction's light from a position.
+//
+// Definitions: at most one of FILTER_NEAREST, FILTER_GAUSS, FILTER_PCF and FILTER_PCSS; without any of them, 2 × 2
+// texels are compared bilinearly. SPOTS: some views may be in perspective.
+
+#define_import_path bevy_mirrorball::shadows::render::maps
+
+#import bevy_mirrorball::shadows::render::dome::{Axes, Dome, atlas_uv, project, tile_corner, tile_position, unpack_axes}
+
+@group(#{MATERIAL_BIND_GROUP}) @binding(100) var atlas: texture_depth_2d;
+@group(#{MATERIAL_BIND_GROUP}) @binding(101) var atlas_sampler: sampler_comparison;
+@group(#{MATERIAL_BIND_GROUP}) @binding(102) var<storage, read> dome: Dome;
+
+const VIRTUAL_CASTERS: u32 = 0u;
+const PHANTOM_CASTERS: u32 = 1u;
+/// Offset of a surface in texels against shadows on itself, to which the radius of the filter is added.
+const SELF_SHADOW_OFFSET: f32 = 1.5;
+/// Samples of the blocker search of PCSS.
+const BLOCKER_SAMPLES: i32 = 12;
+/// Samples of the penumbra that PCSS averages.
+const PENUMBRA_SAMPLES: i32 = 20;
+/// Rows of the rotation matrix by the golden angle.
+const GOLDEN_TURN: vec4f = vec4f(-0.737369, -0.675490, 0.675490, -0.737369);
+/// Maximum change of depth per width of a tile, for surfaces that are nearly parallel to the light.
+const MAX_DEPTH_GRADIENT: f32 = 8.0;
+/// Maximum brightness of a near lamp, relative to the position at which it was measured.
+const MAX_NEAR_GAIN: f32 = 1e3;
+
+/// Fraction of a direction's light that reaches a position in its tile (xy -1…1, depth). `gradient` is the change of
+/// the surface's depth per width of the tile.
+fn compare(corner: vec2f, pos: vec3f, gradient: vec2f) -> f32 {
+    let depth = clamp(pos.z, 0.0, 1.0);
+    let texel = 1.0 / (vec2f(dome.atlas_tiles) * dome.tile_resolution);
+    let center = atlas_uv(dome.atlas_tiles, corner, 1.0, pos.xy);
+#ifdef FILTER_NEAREST
+    return textureSampleCompareLevel(atlas, atlas_sampler, (floor(center / texel) + 0.5) * texel, depth);
+#else ifdef FILTER_GAUSS
+    // Four bilinear comparisons half a texel off are the weights 1 2 1, 2 4 2, 1 2 1 on nine texels.
+    var sum = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let offset = vec2f(vec2u(i % 2u, i / 2u)) - 0.5;
+        sum += textureSampleCompareLevel(atlas, atlas_sampler, center + offset * texel, depth);
+    }
+    return 0.25 * sum;
+#else ifdef FILTER_PCF
+    let radius = i32(dome.filter_radius);
+    var sum = 0.0;
+    for (var y = -radius; y <= radius; y++) {
+        for (var x = -radius; x <= radius; x++) {
+            sum += textureSampleCompareLevel(atlas, atlas_sampler, center + vec2f(vec2i(x, y)) * texel, depth);
+        }
+    }
+    let width = 2.0 * dome.filter_radius + 1.0;
+    return sum / (width * width);
+#else ifdef FILTER_PCSS
+    return percentage_closer_soft_shadow(window(corner, 1.0, pos, gradient), dome.tangent_radius);
+#else
+    return textureSampleCompareLevel(atlas, atlas_sampler, center, depth);
+#endif
+}
+
+/// Window of a tile around a position, for soft shadows.
+struct Window {
+    /// Texture coordinates of the position.
+    center: vec2f,
+    /// Texture coordinates of the centers of the tile's first and last texel.
+    low: vec2f,
+    high: vec2f,
+    /// Size of the tile and of a texel in texture coordinates.
+    tile: vec2f,
+    texel: vec2f,
+    depth: f32,
+    gradient: vec2f,
+}
+
+fn window(corner: vec2f, span: f32, pos: vec3f, gradient: vec2f) -> Window {
+    let texel = 1.0 / (vec2f(dome.atlas_tiles) * dome.tile_resolution);
+    let tile = span / vec2f(dome.atlas_tiles);
+    let low = corner / vec2f(dome.atlas_tiles);
+    let center = atlas_uv(dome.atlas_tiles, corner, span, pos.xy);
+    return Window(center, low + 0.5 * texel, low + tile - 0.5 * texel, tile, texel, clamp(pos.z, 0.0, 1.0), gradient);
+}
+
+/// Texture coordinates of a sample, and the depth of the surface there.
+fn sample_place(area: Window, offset: vec2f) -> vec3f {
+    let uv = clamp(area.center + offset, area.low, area.high);
+    return vec3f(uv, clamp(area.depth + dot(area.gradient, (uv - area.center) / area.tile), 0.0, 1.0));
+}
+
+/// Number of samples within the light's reach that are in front of the surface, and their mean depth.
+fn find_blockers(area: Window, penumbra_scale: f32) -> vec2f {
+    let search = max((1.0 - area.depth) * penumbra_scale * area.tile, area.texel);
+    var count = 0.0;
+    var depth_sum = 0.0;
+    var turned = vec2f(1.0, 0.0);
+    for (var i = 0; i < BLOCKER_SAMPLES; i++) {
+        let place = sample_place(area, turned * (search * sqrt((f32(i) + 0.5) / f32(BLOCKER_SAMPLES))));
+        let found = textureLoad(atlas, vec2i(place.xy / area.texel), 0);
+        if found > place.z {
+            count += 1.0;
+            depth_sum += found;
+        }
+        turned = vec2f(dot(turned, GOLDEN_TURN.xy), dot(turned, GOLDEN_TURN.zw));
+    }
+    return vec2f(count, depth_sum / max(count, 1.0));
+}
+
+/// Percentage-closer soft shadow (Fernando 2005). The radius of the penumbra is the difference in depth between
+/// blockers and receiver, times `penumbra_scale`. For parallel light the scale is the tangent of the light's angular
+/// radius, because a tile is as deep as it is wide. In perspective the depth is one of inverse distances, for which
+/// the law has the same form. Samples are compared with the plane of the surface, which would otherwise shadow
+/// itself, and lie on a spiral (Vogel 1979).
+fn percentage_closer_soft_shadow(area: Window, penumbra_scale: f32) -> f32 {
+    let blockers = find_blockers(area, penumbra_scale);
+    if blockers.x == 0.0 {
+        return textureSampleCompareLevel(atlas, atlas_sampler, area.center, area.depth);
+    }
+    let penumbra = max((blockers.y - area.depth) * penumbra_scale * area.tile, area.texel);
+    var sum = 0.0;
+    var turned = vec2f(1.0, 0.0);
+    for (var i = 0; i < PENUMBRA_SAMPLES; i++) {
+        let place = sample_place(area, turned * (penumbra * sqrt((f32(i) + 0.5) / f32(PENUMBRA_SAMPLES))));
+        sum += textureSampleCompareLevel(atlas, atlas_sampler, place.xy, place.z);
+        turned = vec2f(dot(turned, GOLDEN_TURN.xy), dot(turned, GOLDEN_TURN.zw));
+    }
+    return sum / f32(PENUMBRA_SAMPLES);
+}
+
+/// A position projected into the tile of a direction.
+struct TilePoint {
+    index: u32,
+    axes: Axes,
+    scale: f32,
+    pos_world: vec3f,
+    /// Position in the tile.
+    pos: vec3f,
+}
+
+fn has_casters(kind: u32) -> bool {
+    return (dome.scene_flags & (1u << kind)) != 0u;
+}
+
+fn axes_of(index: u32) -> Axes {
+    return unpack_axes(dome.views[index].axes_low, dome.views[index].axes_mid, dome.views[index].axes_high);
+}
+
+/// Unit vector from a position towards the light of a direction; w: the light there relative to the measured light.
+fn light_at(index: u32, axes: Axes, pos_world: vec3f) -> vec4f {
+#ifdef SPOTS
+    if dome.views[index].scale < 0.0 {
+        let offset = dome.views[index].center - pos_world;
+        let distance_squared = max(dot(offset, offset), 1e-8);
+        let measured_at = dome.views[index].measured_at;
+        let gain = select(1.0, min(measured_at * measured_at / distance_squared, MAX_NEAR_GAIN), measured_at > 0.0);
+        return vec4f(offset * inverseSqrt(distance_squared), gain);
+    }
+#endif
+    return vec4f(axes.direction, 1.0);
+}
+
+/// Projects a position into the tile of a direction.
+fn tile_point(index: u32, axes: Axes, pos_world: vec3f) -> TilePoint {
+    let scale = dome.views[index].scale;
+#ifdef SPOTS
+    if scale < 0.0 {
+        let pos = project(dome.views[index], pos_world);
+        // Positions behind the light are outside the tile.
+        return TilePoint(index, axes, scale, pos_world, select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0));
+    }
+#endif
+    return TilePoint(index, axes, scale, pos_world, tile_position(axes, scale, pos_world - dome.views[index].center));
+}
+
+/// Change of a surface's depth per width of the tile, to the right and down.
+fn depth_gradient(point: TilePoint, normal: vec3f) -> vec2f {
+    let across = vec2f(dot(point.axes.right, normal), -dot(point.axes.up, normal));
+    var along = dot(point.axes.direction, normal);
+    var steepness = -1.0;
+    if point.scale < 0.0 {
+        along = dot(normal, dome.views[point.index].center - point.pos_world);
+        steepness = 2.0 * dome.views[point.index].depth.x / point.scale;
+    }
+    let gradient = across * (steepness / max(along, 1e-6));
+    return gradient * min(1.0, MAX_DEPTH_GRADIENT / max(length(gradient), 1e-6));
+}
+
+/// Visibility of a direction's light past casters of a kind: 1 if it arrives, 0 if it is blocked. `pos` is the
+/// position in the tile, on a surface or slightly above it.
+fn visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
+    if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
+        return 1.0;
+    }
+    let corner = tile_corner(dome.views[point.index].corners, kind);
+#ifdef FILTER_PCSS
+    return compare(corner, pos, depth_gradient(point, normal));
+#else
+    return compare(corner, pos, vec2f(0.0));
+#endif
+}
+
+/// Visibility of a key light past casters of a kind.
+fn key_visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
+    if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
+        return 1.0;
+    }
+    let corner = tile_corner(dome.views[point.index].corners, kind);
+    let area = window(corner, dome.key_span, pos, depth_gradient(point, normal));
+    return percentage_closer_soft_shadow(area, dome.views[point.index].penumbra_scale);
+}
+
+/// Whether virtual casters may block a part of a key light.
+fn key_is_blocked(point: TilePoint, normal: vec3f) -> bool {
+    if any(abs(point.pos.xy) > vec2f(1.0)) {
+        return false;
+    }
+    let corner = tile_corner(dome.views[point.index].corners, VIRTUAL_CASTERS);
+    let area = window(corner, dome.key_span, point.pos, depth_gradient(point, normal));
+    return find_blockers(area, dome.views[point.index].penumbra_scale).x > 0.0;
+}
+
+/// Position in the tile slightly above a surface, so that the surface does not shadow itself.
+fn above_surface(point: TilePoint, normal: vec3f, cos_angle: f32) -> vec3f {
+    let sin_angle = sqrt(max(1.0 - cos_angle * cos_angle, 0.0));
+    // The tile is two units wide.
+    let texels = dome.tile_resolution * select(1.0, dome.key_span, point.index >= dome.first_key);
+    let units = (SELF_SHADOW_OFFSET + dome.filter_radius) * 2.0 / texels * (0.2 + 0.8 * sin_angle);
+#ifdef SPOTS
+    if point.scale < 0.0 {
+        // In perspective, a unit grows with the distance.
+        let offset = normal * (units * distance(dome.views[point.index].center, point.pos_world) / -point.scale);
+        let pos = project(dome.views[point.index], point.pos_world + offset);
+        return select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0);
+    }
+#endif
+    let across = vec2f(dot(point.axes.right, normal), dot(point.axes.up, normal));
+    return point.pos + vec3f(across, 0.5 * cos_angle) * units;
+}
