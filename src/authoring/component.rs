@@ -2,7 +2,8 @@
 
 use super::{
     error::ExtrasProblem,
-    fields::{Albedo, Fields, Flag, HexColor, Pixels, Positive, Whole, Word, quoted, shown},
+    fields::Fields,
+    rules::{Albedo, Flag, HexColor, Pixels, Positive, Whole, Word, quoted, shown},
 };
 use crate::{
     materials::{SurfaceStyle, ToonStyle},

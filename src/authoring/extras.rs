@@ -1,9 +1,9 @@
 //! The extras of one node, as JSON text, → components, mistakes and warnings. No engine needed.
 
 use super::{
+    closest_name::closest_name,
     component::AuthoredComponent,
     error::{AuthoringError, ExtrasError, ExtrasProblem, ExtrasWarning, NodeContext},
-    spelling::closest,
 };
 use serde_json::Value;
 
@@ -63,7 +63,7 @@ pub fn parse_node_extras(json: &str, context: &NodeContext) -> ParsedExtras {
             Some(Ok(component)) => parsed.components.push(component),
             Some(Err(problems)) => parsed.errors.extend(problems.into_iter().map(error)),
             None => {
-                if let Some(meant) = closest(&key, AuthoredComponent::NAMES) {
+                if let Some(meant) = closest_name(&key, AuthoredComponent::NAMES) {
                     parsed.warnings.push(ExtrasWarning { context: context.clone(), key, meant });
                 }
             }

@@ -41,13 +41,14 @@
 //! [`ShadowDomeLight`]: crate::shadows::ShadowDomeLight
 //! [`SurfaceStyle`]: crate::materials::SurfaceStyle
 
+mod closest_name;
 mod component;
 mod error;
 mod extras;
 mod fields;
+mod rules;
 mod scene_file;
 mod spawned;
-mod spelling;
 
 pub use component::AuthoredComponent;
 pub use error::{AuthoringError, ExtrasError, ExtrasProblem, ExtrasWarning, NodeContext};
