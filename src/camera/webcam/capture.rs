@@ -1,9 +1,10 @@
 //! The thread that takes pictures, and what a game sees of it.
 
 use super::{
-    decode::{DecodeError, decode},
+    decode::decode,
     devices::{DeviceInfo, DeviceOptions, find, list_devices, missing},
-    series::ExposureRounds,
+    exposure_bracket::ExposureBracket,
+    format::DecodeError,
     source::Source,
     stream::{Captured, WebcamStatus, WebcamStream},
 };
@@ -163,7 +164,7 @@ fn play(
     let stream = source.stream().clone();
     *known = Some(device.clone());
     let mut heard = Instant::now();
-    let mut rounds = ExposureRounds::new(&stream.shorter_exposures, heard);
+    let mut bracket = ExposureBracket::new(&stream.shorter_exposures, heard);
     {
         let mut state = lock(state);
         state.status = WebcamStatus::Opening;
@@ -182,7 +183,7 @@ fn play(
             continue;
         };
         heard = Instant::now();
-        let Some(exposure) = rounds.arrived() else {
+        let Some(exposure) = bracket.arrived() else {
             lock(state).heard = heard;
             continue;
         };
@@ -196,7 +197,7 @@ fn play(
         });
         let is_good = result.is_ok();
         publish(&mut lock(state), result, &stream);
-        if is_good && let Some(step) = rounds.next(Instant::now()) {
+        if is_good && let Some(step) = bracket.next(Instant::now()) {
             source.change_exposure(step)?;
             // Pictures that have arrived until now are older than the change.
             while source.next(Duration::ZERO)?.is_some() {}

@@ -3,35 +3,15 @@
 //! The conversions are plain functions of this crate, not generic ones of a library: those are compiled unoptimized into a
 //! game's debug build and take 40 times as long.
 
-use super::{format::PixelFormat, jpeg};
+use super::{
+    format::{DecodeError, PixelFormat, RawFrame},
+    jpeg,
+};
 use crate::camera::FramePixels;
 use bevy::prelude::*;
 
-/// One picture as the driver gave it.
-pub(super) struct RawPicture<'a> {
-    /// What arrived, which may be less than a picture.
-    pub(super) bytes: &'a [u8],
-    pub(super) format: PixelFormat,
-    pub(super) size: UVec2,
-    /// Bytes from one row to the next; zero or less than a row means that rows are not padded.
-    pub(super) stride: usize,
-}
-
-/// Why a picture is no good.
-#[derive(thiserror::Error, Clone, Debug, PartialEq, Eq)]
-pub(super) enum DecodeError {
-    #[error("the picture is empty")]
-    Empty,
-    #[error("only {got} of {expected} bytes arrived")]
-    Short { expected: usize, got: usize },
-    #[error("the JPEG is damaged: {0}")]
-    Jpeg(String),
-    #[error("the driver marked it as damaged")]
-    Marked,
-}
-
 /// Decodes a picture to 8-bit sRGB. Alpha is 255.
-pub(super) fn decode(raw: &RawPicture) -> Result<FramePixels, DecodeError> {
+pub(super) fn decode(raw: &RawFrame) -> Result<FramePixels, DecodeError> {
     if raw.bytes.is_empty() || raw.size.min_element() == 0 {
         return Err(DecodeError::Empty);
     }
@@ -143,7 +123,7 @@ mod tests {
     use super::*;
 
     fn decoded(format: PixelFormat, size: (u32, u32), stride: usize, bytes: &[u8]) -> Result<Vec<u8>, DecodeError> {
-        decode(&RawPicture { bytes, format, size: size.into(), stride }).map(|pixels| pixels.rgba)
+        decode(&RawFrame { bytes, format, size: size.into(), stride }).map(|pixels| pixels.rgba)
     }
 
     /// Limited-range BT.601 codes of black, white and the saturated primaries, from the standard's formulas, and the

@@ -2,7 +2,7 @@
 
 use super::devices::{DeviceEncoding, DeviceOptions};
 use bevy::prelude::*;
-use std::cmp::Ordering;
+use std::{cmp::Ordering, time::Instant};
 
 /// How a camera encodes its pictures. The order is the order of preference at equal size and rate: uncompressed before
 /// JPEG, whose blocks soften corners and colors, and gray last, since light without color is half a measurement.
@@ -46,6 +46,38 @@ impl PixelFormat {
             Self::Mjpeg => 0,
         }
     }
+}
+
+/// One picture as the driver gave it.
+pub(super) struct RawFrame<'a> {
+    /// What arrived, which may be less than a picture.
+    pub(super) bytes: &'a [u8],
+    pub(super) format: PixelFormat,
+    pub(super) size: UVec2,
+    /// Bytes from one row to the next; zero or less than a row means that rows are not padded.
+    pub(super) stride: usize,
+}
+
+/// A raw frame with what the camera's source knows about it.
+pub(super) struct SourceFrame<'a> {
+    pub(super) raw: RawFrame<'a>,
+    /// When the frame was captured, or when it arrived where no plausible time stamp exists.
+    pub(super) at: Instant,
+    /// Whether the driver reports an error in this frame. Always `false` where `nokhwa` is used, which does not report it.
+    pub(super) is_marked_damaged: bool,
+}
+
+/// Why a picture is no good.
+#[derive(thiserror::Error, Clone, Debug, PartialEq, Eq)]
+pub(super) enum DecodeError {
+    #[error("the picture is empty")]
+    Empty,
+    #[error("only {got} of {expected} bytes arrived")]
+    Short { expected: usize, got: usize },
+    #[error("the JPEG is damaged: {0}")]
+    Jpeg(String),
+    #[error("the driver marked it as damaged")]
+    Marked,
 }
 
 /// Pictures per second as the drivers have it: whole pictures in whole seconds (15 / 2 is 7.5).

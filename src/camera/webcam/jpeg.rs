@@ -3,7 +3,7 @@
 //! Decoders patch up damaged JPEGs with gray or old rows, which is kind to viewers and wrong for measuring: here a damaged
 //! picture is refused: one without its end mark, and one that the decoder's strict mode complains about.
 
-use super::decode::DecodeError;
+use super::format::DecodeError;
 use crate::camera::FramePixels;
 use bevy::prelude::*;
 use std::borrow::Cow;

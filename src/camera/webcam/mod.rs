@@ -12,7 +12,7 @@
 //!
 //! # Shorter exposures
 //! With [`DeviceOptions::shorter_exposures`] the thread goes through them every two seconds and throws away the pictures
-//! whose exposure is uncertain ([`series`]).
+//! whose exposure is uncertain ([`exposure_bracket`]).
 //!
 //! # Platforms
 //! Linux is driven through V4L2 directly (crate `v4l`), elsewhere `nokhwa` is used. On Linux `nokhwa` 0.10 throws away what
@@ -33,18 +33,21 @@
 mod capture;
 mod decode;
 mod devices;
+mod exposure_bracket;
 mod format;
 mod jpeg;
-mod series;
-mod stream;
 #[cfg(all(test, target_os = "linux"))]
 mod live_tests;
 #[cfg(not(target_os = "linux"))]
-#[path = "nokhwa.rs"]
-mod source;
+mod nokhwa;
+mod stream;
 #[cfg(target_os = "linux")]
-#[path = "v4l2/mod.rs"]
-mod source;
+mod v4l2;
+
+#[cfg(not(target_os = "linux"))]
+use self::nokhwa as source;
+#[cfg(target_os = "linux")]
+use v4l2 as source;
 
 pub(super) use capture::Webcam;
 pub use devices::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};

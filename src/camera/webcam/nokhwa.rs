@@ -3,9 +3,8 @@
 //! Not tested on these systems; the same code takes pictures on Linux.
 
 use super::{
-    decode::RawPicture,
     devices::{DeviceExposure, DeviceInfo, DeviceOptions},
-    format::{FrameRate, Mode, PixelFormat, choose},
+    format::{FrameRate, Mode, PixelFormat, RawFrame, SourceFrame, choose},
     stream::WebcamStream,
 };
 use bevy::prelude::*;
@@ -40,14 +39,6 @@ pub(super) struct Source {
     info: DeviceInfo,
     stream: WebcamStream,
     newest: Option<Buffer>,
-}
-
-/// A picture as the library copied it.
-pub(super) struct SourcePicture<'a> {
-    pub(super) raw: RawPicture<'a>,
-    pub(super) at: Instant,
-    /// The library does not say.
-    pub(super) is_marked_damaged: bool,
 }
 
 impl Source {
@@ -91,19 +82,14 @@ impl Source {
     }
 
     /// Waits for the next picture, however long that takes: the library has no limit.
-    pub(super) fn next(&mut self, _limit: Duration) -> Result<Option<SourcePicture<'_>>, String> {
+    pub(super) fn next(&mut self, _limit: Duration) -> Result<Option<SourceFrame<'_>>, String> {
         let buffer = self.camera.frame().map_err(|error| describe(&self.info, "stopped", &error))?;
         let buffer = self.newest.insert(buffer);
         let (size, format) = (buffer.resolution(), buffer.source_frame_format());
         let format = FORMATS.iter().find(|(theirs, _)| *theirs == format).map(|&(_, ours)| ours);
         let at = taken_at(buffer);
-        Ok(format.map(|format| SourcePicture {
-            raw: RawPicture {
-                bytes: buffer.buffer(),
-                format,
-                size: UVec2::new(size.width(), size.height()),
-                stride: 0,
-            },
+        Ok(format.map(|format| SourceFrame {
+            raw: RawFrame { bytes: buffer.buffer(), format, size: UVec2::new(size.width(), size.height()), stride: 0 },
             at,
             is_marked_damaged: false,
         }))

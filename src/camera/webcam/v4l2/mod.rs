@@ -7,9 +7,8 @@ mod exposure;
 mod modes;
 
 use super::{
-    decode::RawPicture,
     devices::{DeviceInfo, DeviceOptions},
-    format::{FrameRate, choose},
+    format::{FrameRate, RawFrame, SourceFrame, choose},
     stream::WebcamStream,
 };
 use bevy::prelude::*;
@@ -70,14 +69,6 @@ pub(super) struct Source {
     exposures: Exposures,
 }
 
-/// A picture in the driver's memory.
-pub(super) struct SourcePicture<'a> {
-    pub(super) raw: RawPicture<'a>,
-    pub(super) at: Instant,
-    /// The driver says that something is wrong with it.
-    pub(super) is_marked_damaged: bool,
-}
-
 impl Source {
     /// Opens the camera and starts it in the mode that is nearest to the wishes.
     pub(super) fn open(info: &DeviceInfo, options: &DeviceOptions) -> Result<Self, String> {
@@ -127,7 +118,7 @@ impl Source {
     }
 
     /// Waits for the next picture, but not longer than `limit`.
-    pub(super) fn next(&mut self, limit: Duration) -> Result<Option<SourcePicture<'_>>, String> {
+    pub(super) fn next(&mut self, limit: Duration) -> Result<Option<SourceFrame<'_>>, String> {
         const READABLE: i16 = libc::POLLIN;
         match self.device.handle().poll(READABLE, limit.as_millis() as i32) {
             Ok(0) => return Ok(None),
@@ -137,8 +128,8 @@ impl Source {
         }
         let (bytes, meta) = self.buffers.next().map_err(|error| describe(&self.info, "stopped", &error))?;
         let used = (meta.bytesused as usize).min(bytes.len());
-        Ok(Some(SourcePicture {
-            raw: RawPicture {
+        Ok(Some(SourceFrame {
+            raw: RawFrame {
                 bytes: &bytes[..used],
                 format: self.stream.format,
                 size: self.stream.size,

@@ -12,7 +12,7 @@ const UNCERTAIN: u32 = 4;
 const PAUSE: Duration = Duration::from_secs(2);
 
 /// The camera's place in its rounds through the exposures.
-pub(super) struct ExposureRounds {
+pub(super) struct ExposureBracket {
     /// Light that the pictures of each step get; the first one is the usual exposure.
     steps: Vec<f32>,
     step: usize,
@@ -20,7 +20,7 @@ pub(super) struct ExposureRounds {
     next_round: Instant,
 }
 
-impl ExposureRounds {
+impl ExposureBracket {
     /// A camera that has just been set to the usual exposure, 1, and takes shorter ones too, as shares of it.
     pub(super) fn new(shorter: &[f32], now: Instant) -> Self {
         let steps: Vec<f32> = std::iter::once(1.0).chain(shorter.iter().copied()).collect();
@@ -88,18 +88,18 @@ mod tests {
         for late in 0..=3 {
             let mut camera = LateCamera::new(late);
             let start = Instant::now();
-            let mut rounds = ExposureRounds::new(&SHORTER, start);
+            let mut bracket = ExposureBracket::new(&SHORTER, start);
             let (mut usual, mut shorter) = (0, Vec::new());
             for i in 0..600 {
                 let (step, is_mixed) = camera.take();
-                let Some(exposure) = rounds.arrived() else { continue };
+                let Some(exposure) = bracket.arrived() else { continue };
                 assert!(!is_mixed && exposure == [1.0, 0.25, 0.05][step], "picture {i}, {late} late");
                 if step == 0 {
                     usual += 1;
                 } else {
                     shorter.push(exposure);
                 }
-                if let Some(step) = rounds.next(start + i * INTERVAL) {
+                if let Some(step) = bracket.next(start + i * INTERVAL) {
                     camera.set(step);
                 }
             }
@@ -113,23 +113,23 @@ mod tests {
     #[test]
     fn a_damaged_picture_of_a_shorter_exposure_is_taken_again() {
         let start = Instant::now();
-        let mut rounds = ExposureRounds::new(&SHORTER, start);
-        while rounds.arrived().is_none() {}
-        assert_eq!(rounds.next(start), None);
-        assert_eq!(rounds.next(start + PAUSE), Some(1));
-        while rounds.arrived().is_none() {}
+        let mut bracket = ExposureBracket::new(&SHORTER, start);
+        while bracket.arrived().is_none() {}
+        assert_eq!(bracket.next(start), None);
+        assert_eq!(bracket.next(start + PAUSE), Some(1));
+        while bracket.arrived().is_none() {}
         // The damaged one is not followed by a change.
-        assert_eq!(rounds.arrived(), Some(0.25));
-        assert_eq!(rounds.next(start + PAUSE), Some(2));
+        assert_eq!(bracket.arrived(), Some(0.25));
+        assert_eq!(bracket.next(start + PAUSE), Some(2));
     }
 
     #[test]
     fn a_camera_without_shorter_exposures_is_never_changed_and_loses_no_picture() {
         let start = Instant::now();
-        let mut rounds = ExposureRounds::new(&[], start);
+        let mut bracket = ExposureBracket::new(&[], start);
         for i in 0..200 {
-            assert_eq!(rounds.arrived(), Some(1.0));
-            assert_eq!(rounds.next(start + i * INTERVAL), None);
+            assert_eq!(bracket.arrived(), Some(1.0));
+            assert_eq!(bracket.next(start + i * INTERVAL), None);
         }
     }
 }
