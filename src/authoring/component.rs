@@ -103,15 +103,15 @@ authored_components! {
 }
 
 /// The last marker of the family tag36h11.
-const LAST_TAG36H11: u32 = 586;
+const MAX_TAG36H11_ID: u32 = 586;
 
 impl FromExtras for MarkerAnchor {
     const EXAMPLE: &'static str = r#"{"id": 0, "size": 0.1}"#;
 
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         fields.optional("family", Word(&["tag36h11"]));
-        let id = fields.required("id", Whole { least: 0, most: LAST_TAG36H11 });
-        let size = fields.required("size", Positive::METRES);
+        let id = fields.required("id", Whole { min: 0, max: MAX_TAG36H11_ID });
+        let size = fields.required("size", Positive::METERS);
         Some(Self::new(id?, size?))
     }
 }
@@ -130,8 +130,8 @@ impl FromExtras for LightProbeSphere {
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         let default = Self::default();
         Some(Self {
-            radius: fields.optional("radius", Positive::METRES).unwrap_or(default.radius),
-            reflectance: fields.optional("reflectance", Positive::SHARE).unwrap_or(default.reflectance),
+            radius: fields.optional("radius", Positive::METERS).unwrap_or(default.radius),
+            reflectance: fields.optional("reflectance", Positive::FRACTION).unwrap_or(default.reflectance),
             surface: match fields.optional("surface", Word(&["Mirror", "Dielectric"])) {
                 Some("Dielectric") => BallSurface::Dielectric,
                 _ => default.surface,
@@ -165,7 +165,7 @@ impl FromExtras for ShadowDomeLight {
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         use {DomeCoverage as Coverage, ShadowFilter as Filter, VisibilitySamples as Samples};
         let default = Self::default();
-        let all = Whole { least: 1, most: Self::MAX_DIRECTIONS };
+        let all = Whole { min: 1, max: Self::MAX_DIRECTIONS };
         let coverages = [Coverage::Hemisphere, Coverage::Sphere];
         let samples = [Samples::Interleaved, Samples::Half, Samples::Full, Samples::Fragment];
         let soft = Filter::Pcss { angular_radius: 0.1 };
@@ -182,16 +182,16 @@ impl FromExtras for ShadowDomeLight {
             directions: fields.optional("directions", all).unwrap_or(default.directions),
             coverage: choice(fields, "coverage", &["Hemisphere", "Sphere"], &coverages).unwrap_or(default.coverage),
             key_lights: fields
-                .optional("key_lights", Whole { least: 0, most: Self::MAX_KEY_LIGHTS })
+                .optional("key_lights", Whole { min: 0, max: Self::MAX_KEY_LIGHTS })
                 .unwrap_or(default.key_lights),
-            resolution: fields.optional("resolution", Whole { least: 32, most: 1024 }).unwrap_or(default.resolution),
+            resolution: fields.optional("resolution", Whole { min: 32, max: 1024 }).unwrap_or(default.resolution),
             filter,
             samples: choice(fields, "samples", &["Interleaved", "Half", "Full", "Fragment"], &samples)
                 .unwrap_or(default.samples),
             refreshed_per_frame: fields
-                .optional("refreshed_per_frame", Whole { least: 1, most: Self::MAX_DIRECTIONS })
+                .optional("refreshed_per_frame", Whole { min: 1, max: Self::MAX_DIRECTIONS })
                 .unwrap_or(default.refreshed_per_frame),
-            dim_share: fields.optional("dim_share", Positive::SHARE).unwrap_or(default.dim_share),
+            dim_share: fields.optional("dim_share", Positive::FRACTION).unwrap_or(default.dim_share),
             occludes_reflections: fields.optional("occludes_reflections", Flag).unwrap_or(default.occludes_reflections),
         })
     }
@@ -206,8 +206,8 @@ impl FromExtras for SurfaceStyle {
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         fields.required_object("Toon", "SurfaceStyle.Toon", |fields| {
             let default = ToonStyle::default();
-            let bands = Whole { least: ToonStyle::MIN_BANDS, most: ToonStyle::MAX_BANDS };
-            let width = Pixels { most: ToonStyle::MAX_OUTLINE_WIDTH };
+            let bands = Whole { min: ToonStyle::MIN_BANDS, max: ToonStyle::MAX_BANDS };
+            let width = Pixels { max: ToonStyle::MAX_OUTLINE_WIDTH };
             Self::Toon(ToonStyle {
                 bands: fields.optional("bands", bands).unwrap_or(default.bands),
                 highlight: fields.optional("highlight", Flag).unwrap_or(default.highlight),
@@ -236,7 +236,7 @@ mod tests {
             &[("Matte", || Self::Matte), ("Glossy", || Self::Glossy { coats: 1 })];
 
         fn from_fields(fields: &mut Fields) -> Option<Self> {
-            Some(Self::Glossy { coats: fields.required("coats", Whole { least: 1, most: 9 })? })
+            Some(Self::Glossy { coats: fields.required("coats", Whole { min: 1, max: 9 })? })
         }
     }
 

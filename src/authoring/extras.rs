@@ -153,7 +153,7 @@ mod tests {
     fn mandatory_fields_are_asked_for() {
         assert_eq!(
             complaint(r#"{"MarkerAnchor": {"id": 0}}"#),
-            "MarkerAnchor.size is missing, expected a number above 0 (metres); add it, for example {\"id\": 0, \"size\": 0.1}"
+            "MarkerAnchor.size is missing, expected a number above 0 (meters); add it, for example {\"id\": 0, \"size\": 0.1}"
         );
     }
 
@@ -175,7 +175,7 @@ mod tests {
     fn wrong_types_and_ranges_are_named_with_value_and_remedy() {
         assert_eq!(
             complaint(r#"{"LightProbeSphere": {"radius": "5 cm"}}"#),
-            "LightProbeSphere.radius is \"5 cm\", which is of the wrong type; write a number above 0 (metres), or leave it out \
+            "LightProbeSphere.radius is \"5 cm\", which is of the wrong type; write a number above 0 (meters), or leave it out \
              for the default"
         );
         assert_eq!(

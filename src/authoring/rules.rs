@@ -40,10 +40,10 @@ impl Rule for Flag {
     }
 }
 
-/// A whole number from `least` to `most`. Some tools write whole numbers with a decimal point: 64.0 is 64.
+/// A whole number from `min` to `max`. Some tools write whole numbers with a decimal point: 64.0 is 64.
 pub(super) struct Whole {
-    pub(super) least: u32,
-    pub(super) most: u32,
+    pub(super) min: u32,
+    pub(super) max: u32,
 }
 
 impl Rule for Whole {
@@ -52,28 +52,28 @@ impl Rule for Whole {
     fn read(&self, json: &Value) -> Result<u32, Mismatch> {
         let number = json.as_f64().filter(|number| number.fract() == 0.0).ok_or(Mismatch::Type)?;
         // both ends are exact in f64, so the cast is too
-        let in_range = (f64::from(self.least)..=f64::from(self.most)).contains(&number);
+        let in_range = (f64::from(self.min)..=f64::from(self.max)).contains(&number);
         in_range.then_some(number as u32).ok_or(Mismatch::Range)
     }
 
     fn expected(&self) -> String {
-        format!("a whole number from {} to {}", self.least, self.most)
+        format!("a whole number from {} to {}", self.min, self.max)
     }
 }
 
-/// A finite number above 0, at most `most`; still so when stored in single precision.
+/// A finite number above 0, at most `max`; still so when stored in single precision.
 pub(super) struct Positive {
-    pub(super) most: f32,
+    pub(super) max: f32,
     pub(super) unit: Option<&'static str>,
 }
 
 impl Positive {
-    /// A length in metres.
-    pub(super) const METRES: Self = Self { most: f32::MAX, unit: Some("metres") };
+    /// A length in meters.
+    pub(super) const METERS: Self = Self { max: f32::MAX, unit: Some("meters") };
     /// An angle below a right one.
-    pub(super) const RADIANS: Self = Self { most: 1.5, unit: Some("radians") };
+    pub(super) const RADIANS: Self = Self { max: 1.5, unit: Some("radians") };
     /// A part of a whole.
-    pub(super) const SHARE: Self = Self { most: 1.0, unit: None };
+    pub(super) const FRACTION: Self = Self { max: 1.0, unit: None };
 }
 
 impl Rule for Positive {
@@ -81,13 +81,13 @@ impl Rule for Positive {
 
     fn read(&self, json: &Value) -> Result<f32, Mismatch> {
         let number = json.as_f64().ok_or(Mismatch::Type)? as f32;
-        (number > 0.0 && number <= self.most).then_some(number).ok_or(Mismatch::Range)
+        (number > 0.0 && number <= self.max).then_some(number).ok_or(Mismatch::Range)
     }
 
     fn expected(&self) -> String {
         let mut text = String::from("a number above 0");
-        if self.most < f32::MAX {
-            text.push_str(&format!(" and at most {}", self.most));
+        if self.max < f32::MAX {
+            text.push_str(&format!(" and at most {}", self.max));
         }
         if let Some(unit) = self.unit {
             text.push_str(&format!(" ({unit})"));
@@ -104,11 +104,11 @@ impl Rule for Albedo {
 
     fn read(&self, json: &Value) -> Result<Vec3, Mismatch> {
         if json.is_number() {
-            return Positive::SHARE.read(json).map(Vec3::splat);
+            return Positive::FRACTION.read(json).map(Vec3::splat);
         }
         let numbers = json.as_array().filter(|numbers| numbers.len() == 3).ok_or(Mismatch::Type)?;
-        let share = |i: usize| Positive::SHARE.read(&numbers[i]);
-        Ok(Vec3::new(share(0)?, share(1)?, share(2)?))
+        let channel = |i: usize| Positive::FRACTION.read(&numbers[i]);
+        Ok(Vec3::new(channel(0)?, channel(1)?, channel(2)?))
     }
 
     fn expected(&self) -> String {
@@ -116,9 +116,9 @@ impl Rule for Albedo {
     }
 }
 
-/// A number of pixels from 0 to `most`.
+/// A number of pixels from 0 to `max`.
 pub(super) struct Pixels {
-    pub(super) most: f32,
+    pub(super) max: f32,
 }
 
 impl Rule for Pixels {
@@ -126,11 +126,11 @@ impl Rule for Pixels {
 
     fn read(&self, json: &Value) -> Result<f32, Mismatch> {
         let number = json.as_f64().ok_or(Mismatch::Type)? as f32;
-        (0.0..=self.most).contains(&number).then_some(number).ok_or(Mismatch::Range)
+        (0.0..=self.max).contains(&number).then_some(number).ok_or(Mismatch::Range)
     }
 
     fn expected(&self) -> String {
-        format!("a number from 0 to {} (pixels)", self.most)
+        format!("a number from 0 to {} (pixels)", self.max)
     }
 }
 
@@ -187,12 +187,12 @@ pub(super) fn quoted(words: &[&str]) -> String {
 }
 
 /// Longest piece of a user's value that a message repeats, in characters.
-const FOUND_LENGTH: usize = 40;
+const MAX_SHOWN_CHARACTERS: usize = 40;
 
 /// A value for a message: as JSON, cut if long.
 pub(super) fn shown(json: &Value) -> String {
     let text = json.to_string();
-    match text.char_indices().nth(FOUND_LENGTH) {
+    match text.char_indices().nth(MAX_SHOWN_CHARACTERS) {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text,
     }
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn whole_numbers_stay_in_their_range() {
-        let rule = Whole { least: 1, most: 256 };
+        let rule = Whole { min: 1, max: 256 };
         assert_eq!(rule.read(&json!(1)), Ok(1));
         assert_eq!(rule.read(&json!(256.0)), Ok(256));
         for outside in [json!(0), json!(-1), json!(257), json!(1e300)] {
@@ -218,19 +218,19 @@ mod tests {
 
     #[test]
     fn positive_numbers_are_positive_in_single_precision_too() {
-        assert_eq!(Positive::METRES.read(&json!(0.05)), Ok(0.05));
-        assert_eq!(Positive::METRES.read(&json!(2)), Ok(2.0));
+        assert_eq!(Positive::METERS.read(&json!(0.05)), Ok(0.05));
+        assert_eq!(Positive::METERS.read(&json!(2)), Ok(2.0));
         // 1e-60 becomes 0 and 1e60 infinite as f32
         for outside in [json!(0), json!(-0.1), json!(1e-60), json!(1e60)] {
-            assert_eq!(Positive::METRES.read(&outside), Err(Mismatch::Range), "{outside}");
+            assert_eq!(Positive::METERS.read(&outside), Err(Mismatch::Range), "{outside}");
         }
-        assert_eq!(Positive::SHARE.read(&json!(1)), Ok(1.0));
-        assert_eq!(Positive::SHARE.read(&json!(1.01)), Err(Mismatch::Range));
-        assert_eq!(Positive::SHARE.read(&json!("0.9")), Err(Mismatch::Type));
+        assert_eq!(Positive::FRACTION.read(&json!(1)), Ok(1.0));
+        assert_eq!(Positive::FRACTION.read(&json!(1.01)), Err(Mismatch::Range));
+        assert_eq!(Positive::FRACTION.read(&json!("0.9")), Err(Mismatch::Type));
     }
 
     #[test]
-    fn albedos_are_one_share_or_three() {
+    fn albedos_are_one_fraction_or_three() {
         assert_eq!(Albedo.read(&json!(0.8)), Ok(Vec3::splat(0.8)));
         assert_eq!(Albedo.read(&json!([0.8, 0.5, 1])), Ok(Vec3::new(0.8, 0.5, 1.0)));
         for outside in [json!(0), json!(1.2), json!([0.8, 0.0, 0.5])] {
@@ -245,7 +245,7 @@ mod tests {
     fn long_values_are_cut_between_characters() {
         assert_eq!(shown(&json!(-0.5)), "-0.5");
         let long = shown(&json!("ä".repeat(100)));
-        assert_eq!(long.chars().count(), FOUND_LENGTH + 1);
+        assert_eq!(long.chars().count(), MAX_SHOWN_CHARACTERS + 1);
         assert!(long.ends_with('…'));
     }
 }

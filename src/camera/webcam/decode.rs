@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn empty_and_truncated_pictures_are_refused() {
+    fn empty_and_truncated_frames_are_refused() {
         assert_eq!(decoded(PixelFormat::Yuyv, (2, 2), 4, &[]), Err(DecodeError::Empty));
         assert_eq!(decoded(PixelFormat::Mjpeg, (2, 2), 0, &[]), Err(DecodeError::Empty));
         let short = Err(DecodeError::Short { expected: 8, got: 7 });

@@ -7,16 +7,16 @@
 use std::time::{Duration, Instant};
 
 /// Pictures after a change that are thrown away: the one that is on its way, and three that a camera may be late.
-const UNCERTAIN: u32 = 4;
+const UNCERTAIN_FRAMES: u32 = 4;
 /// Time between two rounds, in which all pictures are shown: a round of one shorter exposure costs nine pictures.
-const PAUSE: Duration = Duration::from_secs(2);
+const ROUND_INTERVAL: Duration = Duration::from_secs(2);
 
 /// The camera's place in its rounds through the exposures.
 pub(super) struct ExposureBracket {
     /// Light that the pictures of each step get; the first one is the usual exposure.
     steps: Vec<f32>,
     step: usize,
-    uncertain: u32,
+    uncertain_frames: u32,
     next_round: Instant,
 }
 
@@ -24,14 +24,14 @@ impl ExposureBracket {
     /// A camera that has just been set to the usual exposure, 1, and takes shorter ones too, as shares of it.
     pub(super) fn new(shorter: &[f32], now: Instant) -> Self {
         let steps: Vec<f32> = std::iter::once(1.0).chain(shorter.iter().copied()).collect();
-        let uncertain = if shorter.is_empty() { 0 } else { UNCERTAIN };
-        Self { steps, step: 0, uncertain, next_round: now + PAUSE }
+        let uncertain_frames = if shorter.is_empty() { 0 } else { UNCERTAIN_FRAMES };
+        Self { steps, step: 0, uncertain_frames, next_round: now + ROUND_INTERVAL }
     }
 
     /// The exposure of a picture that has arrived; `None` if that is uncertain.
     pub(super) fn arrived(&mut self) -> Option<f32> {
-        if self.uncertain > 0 {
-            self.uncertain -= 1;
+        if self.uncertain_frames > 0 {
+            self.uncertain_frames -= 1;
             return None;
         }
         Some(self.steps[self.step])
@@ -43,8 +43,8 @@ impl ExposureBracket {
         let is_due = self.steps.len() > 1 && (self.step > 0 || now >= self.next_round);
         is_due.then(|| {
             self.step = (self.step + 1) % self.steps.len();
-            self.uncertain = UNCERTAIN;
-            self.next_round = now + PAUSE;
+            self.uncertain_frames = UNCERTAIN_FRAMES;
+            self.next_round = now + ROUND_INTERVAL;
             self.step
         })
     }
@@ -80,15 +80,15 @@ mod tests {
         }
     }
 
-    const SHORTER: [f32; 2] = [0.25, 0.05];
+    const BRACKETED: [f32; 2] = [0.25, 0.05];
     const INTERVAL: Duration = Duration::from_millis(33);
 
     #[test]
-    fn every_picture_has_the_exposure_it_is_said_to_have_however_late_the_camera_is() {
+    fn every_frame_has_the_exposure_it_is_said_to_have_however_late_the_camera_is() {
         for late in 0..=3 {
             let mut camera = LateCamera::new(late);
             let start = Instant::now();
-            let mut bracket = ExposureBracket::new(&SHORTER, start);
+            let mut bracket = ExposureBracket::new(&BRACKETED, start);
             let (mut usual, mut shorter) = (0, Vec::new());
             for i in 0..600 {
                 let (step, is_mixed) = camera.take();
@@ -105,26 +105,26 @@ mod tests {
             }
             // Twenty seconds: rounds of 2.5 seconds, of which two are usual ones.
             assert!((7..=8).contains(&(shorter.len() / 2)), "{shorter:?}");
-            assert!(shorter.chunks(2).all(|round| round == SHORTER || round == [0.25]));
+            assert!(shorter.chunks(2).all(|round| round == BRACKETED || round == [0.25]));
             assert!(usual > 450, "{usual} of 600");
         }
     }
 
     #[test]
-    fn a_damaged_picture_of_a_shorter_exposure_is_taken_again() {
+    fn a_damaged_frame_of_a_shorter_exposure_is_taken_again() {
         let start = Instant::now();
-        let mut bracket = ExposureBracket::new(&SHORTER, start);
+        let mut bracket = ExposureBracket::new(&BRACKETED, start);
         while bracket.arrived().is_none() {}
         assert_eq!(bracket.next(start), None);
-        assert_eq!(bracket.next(start + PAUSE), Some(1));
+        assert_eq!(bracket.next(start + ROUND_INTERVAL), Some(1));
         while bracket.arrived().is_none() {}
         // The damaged one is not followed by a change.
         assert_eq!(bracket.arrived(), Some(0.25));
-        assert_eq!(bracket.next(start + PAUSE), Some(2));
+        assert_eq!(bracket.next(start + ROUND_INTERVAL), Some(2));
     }
 
     #[test]
-    fn a_camera_without_shorter_exposures_is_never_changed_and_loses_no_picture() {
+    fn a_camera_without_shorter_exposures_is_never_changed_and_loses_no_frame() {
         let start = Instant::now();
         let mut bracket = ExposureBracket::new(&[], start);
         for i in 0..200 {

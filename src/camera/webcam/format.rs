@@ -107,7 +107,7 @@ pub(super) struct Mode {
 }
 
 /// Rates this near to the wish are as good as the wish: 29.97 is 30. Relative.
-const SAME_RATE: f32 = 0.05;
+const MAX_RATE_DIFFERENCE: f32 = 0.05;
 /// Cost of a rate the driver does not tell: that of one about a third off.
 const UNKNOWN_RATE_COST: f32 = 0.3;
 
@@ -127,7 +127,7 @@ pub(super) fn choose(modes: &[Mode], options: &DeviceOptions) -> Option<Mode> {
     };
     let rate_cost = |mode: &Mode| match mode.rate {
         None => UNKNOWN_RATE_COST,
-        Some(rate) if ratio(rate.per_second(), frame_rate) <= SAME_RATE => 0.0,
+        Some(rate) if ratio(rate.per_second(), frame_rate) <= MAX_RATE_DIFFERENCE => 0.0,
         Some(rate) => ratio(rate.per_second(), frame_rate),
     };
     let order = |a: &Mode, b: &Mode| -> Ordering {

@@ -17,13 +17,13 @@ pub(super) fn decode(bytes: &[u8], size: UVec2) -> Result<FramePixels, DecodeErr
     let scan_end = layout.scan_end.ok_or_else(|| damaged("it is cut off"))?;
     // Without the end mark: where it comes too early the decoder would go on in gray without a word. It complains about
     // missing bytes from row to row of blocks, so that a hole that begins in the last one is not noticed.
-    let picture = with_huffman_tables(&bytes[..scan_end], layout.has_huffman_tables);
+    let jpeg = with_huffman_tables(&bytes[..scan_end], layout.has_huffman_tables);
     let options = DecoderOptions::new_fast()
         .set_strict_mode(true)
         .set_max_width(size.x as usize)
         .set_max_height(size.y as usize)
         .jpeg_set_out_colorspace(ColorSpace::RGBA);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&*picture), options);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&*jpeg), options);
     decoder.decode_headers().map_err(|error| damaged(&error.to_string()))?;
     if decoder.dimensions() != Some((size.x as usize, size.y as usize)) {
         return Err(damaged("it has another size than the camera said"));
@@ -92,29 +92,29 @@ mod tests {
 
     const SIZE: UVec2 = UVec2::new(64, 48);
     /// Steps of 255 that compression at this quality may cost on a smooth picture.
-    const JPEG_STEPS: u8 = 6;
+    const MAX_JPEG_ERROR: u8 = 6;
 
     /// A smooth picture: red grows to the right, green downward.
     fn sample() -> Vec<u8> {
-        let picture = image::RgbImage::from_fn(SIZE.x, SIZE.y, |x, y| image::Rgb([4 * x as u8, 5 * y as u8, 90]));
+        let image = image::RgbImage::from_fn(SIZE.x, SIZE.y, |x, y| image::Rgb([4 * x as u8, 5 * y as u8, 90]));
         let mut jpeg = Vec::new();
-        JpegEncoder::new_with_quality(&mut jpeg, 95).encode_image(&picture).unwrap();
+        JpegEncoder::new_with_quality(&mut jpeg, 95).encode_image(&image).unwrap();
         jpeg
     }
 
     #[test]
-    fn a_whole_picture_comes_out_as_it_was() {
+    fn a_whole_image_comes_out_as_it_was() {
         let pixels = decode(&sample(), SIZE).unwrap();
         for (x, y) in [(0, 0), (63, 0), (0, 47), (40, 20)] {
             let is = pixels.rgb8(x, y);
             let was = [4 * x as u8, 5 * y as u8, 90];
-            assert!(is.iter().zip(was).all(|(a, b)| a.abs_diff(b) <= JPEG_STEPS), "{is:?} {was:?}");
+            assert!(is.iter().zip(was).all(|(a, b)| a.abs_diff(b) <= MAX_JPEG_ERROR), "{is:?} {was:?}");
         }
         assert!(pixels.rgba.chunks(4).all(|pixel| pixel[3] == 255));
     }
 
     #[test]
-    fn a_picture_cut_anywhere_is_refused() {
+    fn an_image_cut_anywhere_is_refused() {
         let jpeg = sample();
         for length in 0..jpeg.len() {
             assert!(decode(&jpeg[..length], SIZE).is_err(), "{length} of {}", jpeg.len());
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_that_ends_too_early_is_refused_even_with_its_end_mark() {
+    fn an_image_that_ends_too_early_is_refused_even_with_its_end_mark() {
         let jpeg = sample();
         let mut cut = jpeg[..jpeg.len() - jpeg.len() / 4].to_vec();
         cut.extend([0xFF, 0xD9]);
@@ -148,9 +148,9 @@ mod tests {
 
     #[test]
     fn gray_jpegs_are_gray() {
-        let picture = image::GrayImage::from_pixel(SIZE.x, SIZE.y, image::Luma([77]));
+        let image = image::GrayImage::from_pixel(SIZE.x, SIZE.y, image::Luma([77]));
         let mut jpeg = Vec::new();
-        JpegEncoder::new(&mut jpeg).encode_image(&picture).unwrap();
+        JpegEncoder::new(&mut jpeg).encode_image(&image).unwrap();
         assert!(decode(&jpeg, SIZE).unwrap().rgba.chunks(4).all(|pixel| pixel == [77, 77, 77, 255]));
     }
 

@@ -15,7 +15,7 @@ use nokhwa::{
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Longest plausible age of a picture on arrival. Older stamps are of another clock.
-const LONGEST_AGE: Duration = Duration::from_secs(10);
+const MAX_FRAME_AGE: Duration = Duration::from_secs(10);
 
 /// The cameras that the system knows.
 pub(super) fn list() -> Vec<DeviceInfo> {
@@ -120,7 +120,7 @@ fn taken_at(buffer: &Buffer) -> Instant {
     let arrived = Instant::now();
     let taken = buffer.capture_timestamp().map(|since_epoch| UNIX_EPOCH + since_epoch);
     let age = taken.and_then(|taken| SystemTime::now().duration_since(taken).ok()).unwrap_or_default();
-    if age > LONGEST_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
+    if age > MAX_FRAME_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
 }
 
 /// What happened to the camera, and what to do.

@@ -19,7 +19,7 @@ use std::{
 };
 
 /// The virtual machine is slow; nothing that works takes as long.
-const LONG: Duration = Duration::from_secs(20);
+const MAX_WAIT: Duration = Duration::from_secs(20);
 
 /// One camera at a time.
 static CAMERA: Mutex<()> = Mutex::new(());
@@ -56,7 +56,7 @@ fn wait_for_lost(webcam: &Webcam, limit: Duration) -> String {
 
 fn wait_for_playing(webcam: &Webcam) -> WebcamStream {
     let mut playing = None;
-    wait_until(LONG, || {
+    wait_until(MAX_WAIT, || {
         if let WebcamStatus::Playing(stream) = webcam.status() {
             playing = Some(stream);
         }
@@ -68,7 +68,7 @@ fn wait_for_playing(webcam: &Webcam) -> WebcamStream {
 fn next(webcam: &Webcam) -> Captured {
     let mut captured = None;
     assert!(
-        wait_until(LONG, || {
+        wait_until(MAX_WAIT, || {
             captured = webcam.take();
             captured.is_some()
         }),

@@ -52,7 +52,7 @@ impl Drop for Vivid {
 }
 
 #[test]
-fn thirty_distinct_pictures_come_with_rising_times() {
+fn thirty_distinct_frames_come_with_rising_times() {
     let Some(_vivid) = Vivid::get() else {
         return;
     };
@@ -97,7 +97,7 @@ fn a_camera_that_is_not_there_is_lost_and_the_remedy_is_named() {
     };
     for device in [DeviceId::Index(63), DeviceId::Name("no such camera".to_owned())] {
         let webcam = Webcam::open(DeviceOptions { device, ..default() });
-        let text = wait_for_lost(&webcam, LONG);
+        let text = wait_for_lost(&webcam, MAX_WAIT);
         assert!(text.contains("Connect it") && text.contains("vivid"), "{text}");
         assert!(webcam.take().is_none());
     }
@@ -142,7 +142,7 @@ fn a_stalled_camera_is_lost_and_recovers_by_itself() {
     let text = wait_for_lost(&webcam, Duration::from_secs(4));
     assert!(text.contains("for 2 s"), "{text}");
     let is_reopened =
-        wait_until(LONG, || matches!(webcam.status(), WebcamStatus::Lost(text) if text.contains("for 10 s")));
+        wait_until(MAX_WAIT, || matches!(webcam.status(), WebcamStatus::Lost(text) if text.contains("for 10 s")));
     vivid.set(DROPPED, 0);
     assert!(is_reopened);
     wait_for_playing(&webcam);
@@ -164,7 +164,7 @@ fn errors_of_the_driver_are_healed() {
         sleep(Duration::from_millis(300));
         vivid.set(error, 1);
         let webcam = Webcam::open(Vivid::options());
-        wait_for_lost(&webcam, LONG);
+        wait_for_lost(&webcam, MAX_WAIT);
         wait_for_playing(&webcam);
     }
 }
@@ -177,7 +177,7 @@ fn a_busy_camera_says_so_and_plays_when_it_is_free() {
     let first = Webcam::open(Vivid::options());
     wait_for_playing(&first);
     let second = Webcam::open(Vivid::options());
-    let text = wait_for_lost(&second, LONG);
+    let text = wait_for_lost(&second, MAX_WAIT);
     assert!(text.contains("in use"), "{text}");
     next(&first);
     drop(first);
@@ -198,5 +198,5 @@ fn a_camera_may_be_closed_and_opened_many_times() {
         drop(webcam);
         assert!(closing.elapsed() < Duration::from_millis(50));
     }
-    assert!(wait_until(LONG, || open_files() <= before));
+    assert!(wait_until(MAX_WAIT, || open_files() <= before));
 }

@@ -30,9 +30,9 @@ use v4l::{
 };
 
 /// Pictures in flight between driver and thread.
-const BUFFERS: u32 = 4;
+const BUFFER_COUNT: u32 = 4;
 /// Longest plausible age of a picture on arrival. Older stamps are of another clock.
-const LONGEST_AGE: Duration = Duration::from_secs(10);
+const MAX_FRAME_AGE: Duration = Duration::from_secs(10);
 
 /// The cameras that can capture. Their metadata nodes, which have the same names, cannot.
 pub(super) fn list() -> Vec<DeviceInfo> {
@@ -144,11 +144,11 @@ impl Source {
 /// Hands all buffers but the first to the driver and starts it. The library hands in the one it read last, at first the
 /// first, before it waits for the next picture.
 fn start(device: &Device) -> io::Result<MmapStream<'static>> {
-    let mut buffers = MmapStream::with_buffers(device, Type::VideoCapture, BUFFERS)?;
+    let mut buffers = MmapStream::with_buffers(device, Type::VideoCapture, BUFFER_COUNT)?;
     buffers.set_timeout(Duration::from_secs(1));
     CaptureStream::queue(&mut buffers, 1)?;
     // A driver may give less than it is asked for.
-    for index in 2..BUFFERS as usize {
+    for index in 2..BUFFER_COUNT as usize {
         if CaptureStream::queue(&mut buffers, index).is_err() {
             break;
         }
@@ -173,7 +173,7 @@ fn taken_at(meta: &Metadata) -> Instant {
     let stamp = Duration::from_secs(meta.timestamp.sec.try_into().unwrap_or(0))
         + Duration::from_micros(meta.timestamp.usec.try_into().unwrap_or(0));
     let age = now.saturating_sub(stamp);
-    if age > LONGEST_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
+    if age > MAX_FRAME_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
 }
 
 #[cfg(test)]
