@@ -211,41 +211,7 @@ impl Stage {
             world.spawn((Mesh3d(mesh.clone()), MeshMaterial3d(white.clone()), Transform::from_translation(place))).id()
         });
         let casters = casters.collect();
-        let towards = |i: u32| Vec3::new((i as f32 * 2.4).cos(), 1.0 + 0.05 * i as f32, (i as f32 * 2.4).sin());
-        match method {
-            Method::None => (),
-            Method::Dome(directions, samples) => {
-                world.spawn(ShadowDomeLight {
-                    directions,
-                    samples: samples.of_dome(),
-                    key_lights: options.key_lights,
-                    refreshed_per_frame: REFRESHED,
-                    ..default()
-                });
-            }
-            Method::Directional(count) => {
-                for i in 0..count {
-                    let light = DirectionalLight { illuminance: 100.0, shadow_maps_enabled: true, ..default() };
-                    world.spawn((light, Transform::from_translation(towards(i)).looking_at(Vec3::ZERO, Vec3::Y)));
-                }
-            }
-            Method::Spot(count) => {
-                for i in 0..count {
-                    let light = SpotLight {
-                        intensity: 1e5,
-                        range: 30.0,
-                        outer_angle: 0.3,
-                        shadow_maps_enabled: true,
-                        ..default()
-                    };
-                    let place = 8.0 * towards(i).normalize();
-                    world.spawn((light, Transform::from_translation(place).looking_at(Vec3::ZERO, Vec3::Y)));
-                }
-            }
-            Method::Ssao => {
-                world.entity_mut(camera).insert(ScreenSpaceAmbientOcclusion::default());
-            }
-        }
+        spawn_method(world, camera, method, options);
         let mut stage = Self { app, casters, triangles, turned: 0.0 };
         (0..WARM_UP).for_each(|_| {
             stage.frame(true);
@@ -268,6 +234,40 @@ impl Stage {
         // A device that is lost answers nothing, and the next frame says so.
         let _ = self.app.sub_app(RenderApp).world().resource::<RenderDevice>().poll(PollType::wait_indefinitely());
         started.elapsed().as_secs_f64() * 1e3
+    }
+}
+
+/// Adds what throws the shadows.
+fn spawn_method(world: &mut World, camera: Entity, method: Method, options: &Options) {
+    let towards = |i: u32| Vec3::new((i as f32 * 2.4).cos(), 1.0 + 0.05 * i as f32, (i as f32 * 2.4).sin());
+    match method {
+        Method::None => (),
+        Method::Dome(directions, samples) => {
+            world.spawn(ShadowDomeLight {
+                directions,
+                samples: samples.of_dome(),
+                key_lights: options.key_lights,
+                refreshed_per_frame: REFRESHED,
+                ..default()
+            });
+        }
+        Method::Directional(count) => {
+            for i in 0..count {
+                let light = DirectionalLight { illuminance: 100.0, shadow_maps_enabled: true, ..default() };
+                world.spawn((light, Transform::from_translation(towards(i)).looking_at(Vec3::ZERO, Vec3::Y)));
+            }
+        }
+        Method::Spot(count) => {
+            for i in 0..count {
+                let light =
+                    SpotLight { intensity: 1e5, range: 30.0, outer_angle: 0.3, shadow_maps_enabled: true, ..default() };
+                let place = 8.0 * towards(i).normalize();
+                world.spawn((light, Transform::from_translation(place).looking_at(Vec3::ZERO, Vec3::Y)));
+            }
+        }
+        Method::Ssao => {
+            world.entity_mut(camera).insert(ScreenSpaceAmbientOcclusion::default());
+        }
     }
 }
 

@@ -7,6 +7,9 @@
 //! shines to, in its color; its length grows with its part of all light. A label has the light's number, its part of all light in percent
 //! and its elevation in degrees. Needs no window; renders on software Vulkan too.
 
+#[path = "support/rgb_image.rs"]
+mod rgb_image;
+
 use bevy::{asset::RecursiveDependencyLoadState, light::NotShadowCaster, prelude::*};
 use bevy_mirrorball::{
     lighting::{RealLight, RecoveredLight},
@@ -16,6 +19,7 @@ use bevy_mirrorball::{
     tracking::MarkerTracking,
 };
 use lexopt::prelude::*;
+use rgb_image::rgb_image;
 use std::{
     path::PathBuf,
     process::ExitCode,
@@ -36,7 +40,7 @@ usage: real_lights [--picture N] [--out FILE]
 const SIZE: UVec2 = UVec2::new(640, 480);
 const FOCAL: f32 = 601.832_46;
 /// To wait for assets and shaders.
-const PATIENCE: Duration = Duration::from_secs(120);
+const MAX_WAIT: Duration = Duration::from_secs(120);
 /// Where the arrows point to, in the marker's frame, metres.
 const TARGET: Vec3 = Vec3::new(-0.02, 0.02, -0.01);
 
@@ -98,7 +102,7 @@ fn draw(picture: u32, is_enabled: bool) -> Outcome<image::RgbImage> {
     while !is_ready(&mut app, &scene, is_enabled)? {
         offscreen::update(&mut app)?;
         std::thread::sleep(Duration::from_millis(1));
-        if started.elapsed() > PATIENCE {
+        if started.elapsed() > MAX_WAIT {
             return Err("the lights were not found: is the marker in the picture?".into());
         }
     }
@@ -107,9 +111,7 @@ fn draw(picture: u32, is_enabled: bool) -> Outcome<image::RgbImage> {
     }
     offscreen::settle(&mut app)?;
     let pixels = offscreen::read_texture(&mut app, &texture)?;
-    let rgb = pixels.chunks_exact(4).flat_map(|p| &p[..3]).copied().collect();
-    let mut picture =
-        image::RgbImage::from_raw(SIZE.x, SIZE.y, rgb).ok_or("the picture came back in the wrong size")?;
+    let mut picture = rgb_image(SIZE, &pixels)?;
     write_labels(&mut app, &mut picture, intrinsics);
     Ok(picture)
 }

@@ -5,14 +5,18 @@
 //!
 //! All is virtual: no marker, no ball, no camera picture. The scene is the one in which Kunze (2006) compared shadows.
 
+#[path = "support/parse_size.rs"]
+mod parse_size;
+#[path = "support/window_log.rs"]
+mod window_log;
+
 use bevy::{
     app::AppExit, core_pipeline::tonemapping::Tonemapping, diagnostic::FrameTimeDiagnosticsPlugin,
-    light::NotShadowCaster, log::LogPlugin, prelude::*,
+    light::NotShadowCaster, prelude::*,
 };
 use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass, egui};
 use bevy_mirrorball::{
-    environment_map::EnvironmentCube,
-    environment_map::{EquirectPixels, equirect_direction},
+    environment_map::{EnvironmentCube, EquirectPixels, equirect_direction},
     lighting::RealLight,
     materials::MaterialsPlugin,
     offscreen,
@@ -20,7 +24,9 @@ use bevy_mirrorball::{
     prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
     shadows::{DomeCoverage, DomeState, ShadowDomeLight, ShadowFilter, ShadowsPlugin, VisibilitySamples},
 };
+use parse_size::parse_size;
 use std::{f32::consts::TAU, path::PathBuf};
+use window_log::window_log;
 
 /// Width of the sky's picture, and edge of the cube made of it.
 const SKY_WIDTH: u32 = 256;
@@ -84,9 +90,7 @@ impl Options {
                 Long("frames") => options.frames = parser.value()?.parse()?,
                 Long("size") => {
                     let text = parser.value()?.string()?;
-                    let size =
-                        text.split_once('x').and_then(|(x, y)| Some(UVec2::new(x.parse().ok()?, y.parse().ok()?)));
-                    options.size = size.filter(|size| size.min_element() > 0).ok_or("--size: write it like 640x360")?;
+                    options.size = parse_size(&text).ok_or("--size: write it like 640x360")?;
                 }
                 Long("out") => options.out = parser.value()?.into(),
                 Long("directions") => options.dome.directions = parser.value()?.parse()?,
@@ -147,8 +151,7 @@ fn main() -> Outcome<AppExit> {
         return Ok(AppExit::Success);
     }
     let mut app = App::new();
-    let log = LogPlugin { filter: "warn,wgpu=error,winit=error,bevy_egui=error".to_owned(), ..default() };
-    app.add_plugins((DefaultPlugins.set(log), EguiPlugin::default(), FrameTimeDiagnosticsPlugin::default()))
+    app.add_plugins((DefaultPlugins.set(window_log()), EguiPlugin::default(), FrameTimeDiagnosticsPlugin::default()))
         .add_systems(EguiPrimaryContextPass, draw_panel);
     add_scene(&mut app, &options.dome);
     app.world_mut().spawn(camera());

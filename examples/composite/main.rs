@@ -5,27 +5,36 @@
 //! ```
 //! Run with `--help` for all options. Needs no window; renders on software Vulkan too.
 
+#[path = "../support/headless_log.rs"]
+mod headless_log;
+#[path = "../support/loading_error.rs"]
+mod loading_error;
 mod options;
+#[path = "../support/parse_intrinsics.rs"]
+mod parse_intrinsics;
 mod report;
+#[path = "../support/rgb_image.rs"]
+mod rgb_image;
 
 use bevy::{
-    asset::{AssetPlugin, LoadState, RecursiveDependencyLoadState, UnapprovedPathMode},
-    log::LogPlugin,
+    asset::{AssetPlugin, UnapprovedPathMode},
     prelude::*,
     render::diagnostic::RenderDiagnosticsPlugin,
 };
 use bevy_mirrorball::{
     authoring,
     camera::FramePixels,
-    environment_map::CubePixels,
-    environment_map::EnvironmentCube,
+    environment_map::{CubePixels, EnvironmentCube},
     offscreen::{self, OffscreenError},
     prelude::*,
     probe::{ClipRecovery, ProbeMeasurement, UniformSky},
     tracking::{MarkerState, MarkerTracking},
 };
+use headless_log::headless_log;
+use loading_error::loading_error;
 use options::{Options, USAGE};
 use report::Stopwatch;
+use rgb_image::rgb_image;
 use std::{
     path::Path,
     process::ExitCode,
@@ -53,7 +62,7 @@ fn main() -> ExitCode {
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 /// To wait for the scene's assets.
-const PATIENCE: Duration = Duration::from_secs(60);
+const MAX_WAIT: Duration = Duration::from_secs(60);
 /// Frames after the shaders have loaded within which the ball has been unwrapped.
 const MAX_MEASURING_FRAMES: u32 = 8;
 /// Width of the dumped environment in pixels.
@@ -100,8 +109,7 @@ fn composite(options: &Options) -> Outcome<()> {
     let started = Instant::now();
     let pixels = offscreen::read_texture(&mut app, &picture)?;
     steps.note("render_and_read_back", started.elapsed());
-    let rgb = pixels.chunks_exact(4).flat_map(|p| &p[..3]).copied().collect();
-    let picture = image::RgbImage::from_raw(size.x, size.y, rgb).ok_or("the picture came back in the wrong size")?;
+    let picture = rgb_image(size, &pixels)?;
     let compared = options.compare.as_deref().map(|path| report::difference(&picture, path)).transpose()?;
     picture.save(&options.out).map_err(|error| format!("cannot write {}: {error}", options.out.display()))?;
 
@@ -122,9 +130,8 @@ fn build_app(options: &Options) -> Outcome<App> {
         unapproved_path_mode: UnapprovedPathMode::Deny,
         ..default()
     };
-    let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
     Ok(offscreen::build_app(offscreen::default_plugins().set(assets), |app| {
-        app.add_plugins((log, RenderDiagnosticsPlugin, MirrorballPlugins));
+        app.add_plugins((headless_log(), RenderDiagnosticsPlugin, MirrorballPlugins));
     })?)
 }
 
@@ -134,14 +141,8 @@ fn load_scene(app: &mut App, path: &Path) -> Outcome<()> {
     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(file));
     app.world_mut().spawn(WorldAssetRoot(scene.clone()));
     let mut failed = None;
-    let loaded = offscreen::update_until(app, "loading the scene", PATIENCE, |app| {
-        if let Some(LoadState::Failed(error)) = assets.get_load_state(&scene) {
-            failed = Some(format!("cannot load {}: {error}", path.display()));
-        } else if let Some(RecursiveDependencyLoadState::Failed(error)) =
-            assets.get_recursive_dependency_load_state(&scene)
-        {
-            failed = Some(format!("cannot load what {} refers to: {error}", path.display()));
-        }
+    let loaded = offscreen::update_until(app, "loading the scene", MAX_WAIT, |app| {
+        failed = failed.take().or_else(|| loading_error(&assets, &scene, path));
         let world = app.world_mut();
         let has_spawned = world.query::<&Mesh3d>().iter(world).next().is_some()
             || world.query::<&MarkerAnchor>().iter(world).next().is_some();
@@ -150,7 +151,7 @@ fn load_scene(app: &mut App, path: &Path) -> Outcome<()> {
     match (failed, loaded) {
         (Some(reason), _) => Err(reason.into()),
         (None, Err(OffscreenError::TooLate(..))) => {
-            Err(format!("{} did not load within {PATIENCE:?} or is empty", path.display()).into())
+            Err(format!("{} did not load within {MAX_WAIT:?} or is empty", path.display()).into())
         }
         (None, loaded) => Ok(loaded?),
     }

@@ -1,13 +1,11 @@
 //! The stage drawn to files: every picture of the feed in turn, one after the other.
 
-use crate::{Outcome, Show, asset_plugin, dancer::Dance, options::Options};
+use crate::{
+    Outcome, Show, asset_plugin, dancer::Dance, headless_log::headless_log, loading_error::loading_error,
+    options::Options, rgb_image::rgb_image,
+};
 use bevy::{
-    asset::{LoadState, RecursiveDependencyLoadState},
-    diagnostic::DiagnosticsStore,
-    log::LogPlugin,
-    prelude::*,
-    render::diagnostic::RenderDiagnosticsPlugin,
-    time::TimeUpdateStrategy,
+    diagnostic::DiagnosticsStore, prelude::*, render::diagnostic::RenderDiagnosticsPlugin, time::TimeUpdateStrategy,
 };
 use bevy_mirrorball::{
     camera::{FeedState, FeedStatistics},
@@ -28,7 +26,7 @@ use std::{
 /// Frames drawn before the first picture counts, in which Bevy prepares materials and pipelines.
 const WARM_UP_FRAMES: u32 = 2;
 /// Longest wait for the scene, for a first picture and for its light.
-const PATIENCE: Duration = Duration::from_secs(60);
+const MAX_WAIT: Duration = Duration::from_secs(60);
 /// The dance goes on by this much from picture to picture.
 const STEP: Duration = Duration::from_nanos(1_000_000_000 / 15);
 /// Width of a picture in the contact sheet, and pictures in a row.
@@ -41,11 +39,9 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
         .map_err(|error| format!("cannot make the folder {}: {error}", options.out.display()))?;
     let (feed, size) = options.camera_feed()?;
     let feed = feed.with_pace(FeedPace::Lockstep);
-    // A software driver is what most machines without a display have; Bevy's and wgpu's notices about it help nobody here.
-    let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
     let plugins = offscreen::default_plugins().set(asset_plugin(options)?);
     let mut app = offscreen::build_app(plugins, |app| {
-        app.add_plugins((log, RenderDiagnosticsPlugin, MirrorballPlugins));
+        app.add_plugins((headless_log(), RenderDiagnosticsPlugin, MirrorballPlugins));
     })?;
     let intrinsics = options.intrinsics(size);
     let size = options.size.unwrap_or(size);
@@ -93,15 +89,10 @@ fn wait_for_scene(app: &mut App, show: &Show, options: &Options) -> Outcome<()> 
     let assets = app.world().resource::<AssetServer>().clone();
     let file = options.scene_file();
     let started = Instant::now();
-    while started.elapsed() < PATIENCE {
+    while started.elapsed() < MAX_WAIT {
         offscreen::update(app)?;
-        if let Some(LoadState::Failed(error)) = assets.get_load_state(&show.scene) {
-            return Err(format!("cannot load {}: {error}", file.display()).into());
-        }
-        if let Some(RecursiveDependencyLoadState::Failed(error)) =
-            assets.get_recursive_dependency_load_state(&show.scene)
-        {
-            return Err(format!("cannot load what {} refers to: {error}", file.display()).into());
+        if let Some(error) = loading_error(&assets, &show.scene, &file) {
+            return Err(error.into());
         }
         let world = app.world_mut();
         let has_spawned = world.query::<&MarkerAnchor>().iter(world).next().is_some();
@@ -116,7 +107,7 @@ fn wait_for_scene(app: &mut App, show: &Show, options: &Options) -> Outcome<()> 
 /// Shaders load in the background: updates until there is a picture and, if its ball can be seen, its light.
 fn warm_up(app: &mut App) -> Outcome<()> {
     let started = Instant::now();
-    while started.elapsed() < PATIENCE {
+    while started.elapsed() < MAX_WAIT {
         offscreen::update(app)?;
         let world = app.world_mut();
         let state = world.query::<&FeedState>().iter(world).next().cloned().unwrap_or_default();
@@ -183,8 +174,7 @@ fn resident_memory() -> Option<f64> {
 }
 
 fn save(size: UVec2, rgba: &[u8], path: &Path) -> Outcome<RgbImage> {
-    let rgb = rgba.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
-    let picture = RgbImage::from_raw(size.x, size.y, rgb).ok_or("a picture came back in the wrong size")?;
+    let picture = rgb_image(size, rgba)?;
     picture.save(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     Ok(picture)
 }

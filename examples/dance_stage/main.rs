@@ -7,9 +7,21 @@
 
 mod dancer;
 mod headless;
+#[path = "../support/headless_log.rs"]
+mod headless_log;
+#[path = "../support/loading_error.rs"]
+mod loading_error;
 mod options;
+#[path = "../support/parse_intrinsics.rs"]
+mod parse_intrinsics;
+#[path = "../support/parse_size.rs"]
+mod parse_size;
+#[path = "../support/rgb_image.rs"]
+mod rgb_image;
 mod stage;
 mod window;
+#[path = "../support/window_log.rs"]
+mod window_log;
 
 use bevy::prelude::*;
 use bevy_mirrorball::prelude::*;

@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::stage::THINGS;
+use crate::{parse_intrinsics::parse_intrinsics, parse_size::parse_size, stage::THINGS};
 use bevy::math::{UVec2, Vec2};
 use bevy_mirrorball::{
     camera::Clip,
@@ -37,7 +37,7 @@ Keys: 1 to 9 switch one thing between toon and image-based, T all of them, Tab t
 const DEVICE_SIZE: UVec2 = UVec2::new(640, 480);
 
 /// Every device can draw textures of this size.
-const LARGEST_EDGE: u32 = 8192;
+const MAX_SIZE: u32 = 8192;
 
 pub(crate) enum Feed {
     Clip(PathBuf),
@@ -90,7 +90,7 @@ impl Options {
                 Long("toon") => options.toons = parser.value()?.parse_with(parse_toons)?,
                 Long("headless") => options.is_headless = true,
                 Long("frames") => options.frames = parser.value()?.parse_with(parse_frames)?,
-                Long("size") => options.size = Some(parser.value()?.parse_with(parse_size)?),
+                Long("size") => options.size = Some(parser.value()?.parse_with(parse_image_size)?),
                 Long("out") => options.out = parser.value()?.into(),
                 Long("help") | Short('h') => return Ok(None),
                 other => return Err(other.unexpected()),
@@ -159,14 +159,6 @@ fn parse_feed(text: &str) -> Result<Feed, String> {
     }
 }
 
-fn parse_intrinsics(text: &str) -> Result<[f32; 4], String> {
-    let numbers: Result<Vec<f32>, _> = text.split(',').map(|number| number.trim().parse()).collect();
-    match numbers.ok().and_then(|numbers| <[f32; 4]>::try_from(numbers).ok()) {
-        Some(n) if n.iter().all(|n| n.is_finite()) && n[0] > 0.0 && n[1] > 0.0 => Ok(n),
-        _ => Err("--intrinsics takes four numbers FX,FY,CX,CY in pixels, the focal lengths above 0".to_owned()),
-    }
-}
-
 fn parse_fov(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(degrees) if (1.0..=170.0).contains(&degrees) => Ok(degrees),
@@ -190,10 +182,8 @@ fn parse_frames(text: &str) -> Result<u32, String> {
     }
 }
 
-fn parse_size(text: &str) -> Result<UVec2, String> {
-    let numbers = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
-    match numbers.map(|(width, height)| UVec2::new(width, height)) {
-        Some(size) if size.min_element() > 0 && size.max_element() <= LARGEST_EDGE => Ok(size),
-        _ => Err(format!("--size takes WIDTHxHEIGHT in pixels, each 1 to {LARGEST_EDGE}, not {text}")),
-    }
+fn parse_image_size(text: &str) -> Result<UVec2, String> {
+    parse_size(text)
+        .filter(|size| size.max_element() <= MAX_SIZE)
+        .ok_or_else(|| format!("--size takes WIDTHxHEIGHT in pixels, each 1 to {MAX_SIZE}, not {text}"))
 }

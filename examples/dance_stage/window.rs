@@ -1,10 +1,9 @@
 //! The stage in a window, with the measuring panel beside the picture.
 
-use crate::{Outcome, Show, asset_plugin, options::Options, stage};
+use crate::{Outcome, Show, asset_plugin, options::Options, stage, window_log::window_log};
 use bevy::{
     camera::{CameraOutputMode, Viewport, visibility::RenderLayers},
     diagnostic::FrameTimeDiagnosticsPlugin,
-    log::LogPlugin,
     prelude::*,
     render::{diagnostic::RenderDiagnosticsPlugin, render_resource::BlendState},
     window::{PrimaryWindow, WindowResolution},
@@ -33,7 +32,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     app.add_plugins((
         DefaultPlugins
             .set(asset_plugin(options)?)
-            .set(LogPlugin { filter: "warn,wgpu=error,winit=error,bevy_egui=error".to_owned(), ..default() })
+            .set(window_log())
             .set(WindowPlugin { primary_window: Some(window), ..default() }),
         FrameTimeDiagnosticsPlugin::default(),
         RenderDiagnosticsPlugin,

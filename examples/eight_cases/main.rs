@@ -7,12 +7,18 @@
 //! the photograph, untouched. Needs no window; renders on software Vulkan too.
 
 mod captions;
+#[path = "../support/headless_log.rs"]
+mod headless_log;
+#[path = "../support/rgb_image.rs"]
+mod rgb_image;
 
-use bevy::{asset::RecursiveDependencyLoadState, camera::ShadowLodOrigin, log::LogPlugin, prelude::*};
+use bevy::{asset::RecursiveDependencyLoadState, camera::ShadowLodOrigin, prelude::*};
 use bevy_mirrorball::{
     camera::FramePixels, environment_map::EnvironmentCube, offscreen, prelude::*, shadows::DomeState,
 };
+use headless_log::headless_log;
 use image::{Rgb, RgbImage, imageops};
+use rgb_image::rgb_image;
 use std::{
     path::PathBuf,
     process::ExitCode,
@@ -32,9 +38,9 @@ const PAPER: Rgb<u8> = Rgb([24, 24, 26]);
 const REAL: Rgb<u8> = Rgb([235, 235, 235]);
 const VIRTUAL: Rgb<u8> = Rgb([255, 176, 64]);
 /// To wait for what loads in the background, and for shadow maps to be drawn.
-const PATIENCE: Duration = Duration::from_secs(120);
+const MAX_WAIT: Duration = Duration::from_secs(120);
 /// In these roles, materials and lamps reach the renderer.
-const LEAST_SETTLING_FRAMES: u32 = 4;
+const MIN_SETTLING_FRAMES: u32 = 4;
 
 /// Size of both cans, and where they stand: the real one's place is in the scene too.
 const CAN: Cylinder = Cylinder { radius: 0.03, half_height: 0.045 };
@@ -78,9 +84,8 @@ fn draw() -> Outcome<()> {
     }
     let frame = FramePixels::open(PHOTO).map_err(|error| format!("run it in the crate's folder: {error}"))?;
     let size = frame.size;
-    let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
     let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
-        app.add_plugins((log, MirrorballPlugins));
+        app.add_plugins((headless_log(), MirrorballPlugins));
     })?;
     let (picture, target) = offscreen::add_target(&mut app, size);
     let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
@@ -98,8 +103,7 @@ fn draw() -> Outcome<()> {
         for thing in things {
             app.world_mut().despawn(thing);
         }
-        let rgb = bytes.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
-        let whole = RgbImage::from_raw(size.x, size.y, rgb).ok_or("the picture came back in the wrong size")?;
+        let whole = rgb_image(size, &bytes)?;
         let part = imageops::crop_imm(&whole, CORNER.x, CORNER.y, PART.x, PART.y).to_image();
         let at = UVec2::splat(MARGIN) + UVec2::new(i % 4, i / 4) * cell;
         imageops::replace(&mut sheet, &part, at.x.into(), (at.y + CAPTION).into());
@@ -127,7 +131,7 @@ fn load(app: &mut App) -> Outcome<()> {
     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(SCENE));
     app.world_mut().spawn(WorldAssetRoot(scene.clone()));
     let started = Instant::now();
-    while started.elapsed() < PATIENCE {
+    while started.elapsed() < MAX_WAIT {
         offscreen::settle(app)?;
         if let Some(RecursiveDependencyLoadState::Failed(error)) = assets.get_recursive_dependency_load_state(&scene) {
             return Err(format!("cannot load assets/{SCENE}: {error}").into());
@@ -145,11 +149,11 @@ fn load(app: &mut App) -> Outcome<()> {
 
 /// Draws frames until all shadow maps are true.
 fn settle(app: &mut App) -> Outcome<()> {
-    for _ in 0..LEAST_SETTLING_FRAMES {
+    for _ in 0..MIN_SETTLING_FRAMES {
         offscreen::update(app)?;
     }
     offscreen::settle(app)?;
-    Ok(offscreen::update_until(app, "drawing all shadow maps", PATIENCE, |app| {
+    Ok(offscreen::update_until(app, "drawing all shadow maps", MAX_WAIT, |app| {
         let world = app.world_mut();
         !world.query::<&DomeState>().iter(world).any(|dome| dome.outdated > 0)
     })?)
