@@ -1,4 +1,4 @@
-//! The thread that takes pictures, and what a game sees of it.
+//! The capture thread of a webcam, and the handle through which the game reads its frames and status.
 
 use super::{
     decode::decode,
@@ -20,41 +20,41 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// How long a camera may be silent before it counts as lost. Cameras slower than one picture per second get as long as two
-/// of their pictures take.
+/// Longest time without a frame before a camera counts as lost. Cameras slower than one frame per second get the duration of
+/// two frames instead.
 const MAX_SILENCE: Duration = Duration::from_secs(2);
-/// How long opening may take before the camera counts as lost; slow ones take a second.
+/// Longest time that opening may take before the camera counts as lost; slow cameras need a second.
 const MAX_OPENING_TIME: Duration = Duration::from_secs(5);
-/// Time between two looks for a lost camera.
+/// Time between two searches for a lost camera.
 const SEARCH_INTERVAL: Duration = Duration::from_secs(1);
-/// A camera that has been silent for this long is closed and opened again, which some need.
+/// Longest time without a frame before the camera is closed and opened again, which some cameras need.
 const MAX_SILENCE_BEFORE_REOPENING: Duration = Duration::from_secs(10);
-/// Longest wait for a picture before the thread looks whether it should stop.
+/// Longest wait for a frame before the thread checks whether it should stop.
 const MAX_FRAME_WAIT: Duration = Duration::from_millis(100);
 
-/// A webcam with its thread. Dropping it tells the thread to stop, and does not wait for it.
+/// A webcam with its capture thread. Dropping it signals the thread to stop and does not wait for it.
 pub(in crate::camera) struct Webcam {
     state: Arc<Mutex<State>>,
-    /// Nothing is ever sent: the thread stops when this end is gone.
+    /// Signals the thread to stop when it is dropped. Nothing is ever sent.
     _alive: Sender<Infallible>,
 }
 
 struct State {
     newest: Option<Captured>,
-    /// The newest of each shorter exposure.
+    /// The newest frame of each shorter exposure.
     shorter: Vec<Captured>,
     dropped: u64,
     status: WebcamStatus,
-    /// What is open now.
+    /// The stream that is open now.
     stream: Option<WebcamStream>,
-    /// When the state last changed for the better: opened, or a good picture.
+    /// When the camera last showed that it works: it was opened, or an intact frame arrived.
     last_frame_at: Instant,
-    /// What was wrong with the pictures since the last good one.
+    /// What was wrong with the newest frame, if no intact frame has arrived since.
     last_error: Option<DecodeError>,
 }
 
 impl Webcam {
-    /// Starts to look for the camera, and returns at once.
+    /// Starts the thread that searches for the camera, and returns at once.
     pub(in crate::camera) fn open(options: DeviceOptions) -> Self {
         let state = Arc::new(Mutex::new(State {
             newest: None,
@@ -74,19 +74,19 @@ impl Webcam {
         Self { state, _alive: alive }
     }
 
-    /// The newest picture of each shorter exposure since the last call.
+    /// Takes the newest frame of each shorter exposure that has arrived since the last call.
     pub(in crate::camera) fn take_shorter(&self) -> Vec<Captured> {
         std::mem::take(&mut lock(&self.state).shorter)
     }
 
-    /// The newest picture of the usual exposure since the last call, if there is one.
+    /// Takes the newest frame of the usual exposure, if one has arrived since the last call.
     pub(in crate::camera) fn take(&self) -> Option<Captured> {
         let mut state = lock(&self.state);
         let newest = state.newest.take()?;
         Some(Captured { dropped: std::mem::take(&mut state.dropped), ..newest })
     }
 
-    /// How the camera is doing now. Silence is found here, since the thread itself may be stuck in a driver.
+    /// The current status of the camera. Silence is detected here, because the thread itself may be stuck in a driver.
     pub(in crate::camera) fn status(&self) -> WebcamStatus {
         let state = lock(&self.state);
         let silence = state.last_frame_at.elapsed();
@@ -126,11 +126,11 @@ fn silence_message(stream: &WebcamStream, silence: Duration, last_error: Option<
     }
 }
 
-/// Looks for the camera and takes pictures until the game lets go of it.
+/// Searches for the camera and captures frames until the game drops the [`Webcam`].
 fn run(state: &Mutex<State>, options: &DeviceOptions, stop: &Receiver<Infallible>) {
     let mut known = None;
     loop {
-        // Drivers' libraries panic on what they do not know; that must not be the end of the camera.
+        // The camera libraries panic on unknown values; the thread has to survive that.
         let session = catch_unwind(AssertUnwindSafe(|| play(state, options, stop, &mut known)));
         match session.unwrap_or_else(|panic| Err(panic_message(panic))) {
             Ok(Stopped) => return,
@@ -146,11 +146,11 @@ fn run(state: &Mutex<State>, options: &DeviceOptions, stop: &Receiver<Infallible
     }
 }
 
-/// The game has let go of the camera.
+/// The game has dropped the [`Webcam`].
 struct Stopped;
 
-/// Takes pictures until something goes wrong, and says what. The camera is closed on return: one that is held while it is
-/// plugged in again gets another number.
+/// Captures frames until the game stops the thread or an error occurs, which is returned as text. The camera is closed on
+/// return: a camera that is still open when it is plugged in again gets another number.
 fn play(
     state: &Mutex<State>,
     options: &DeviceOptions,
@@ -199,7 +199,7 @@ fn play(
         publish(&mut lock(state), result, &stream);
         if is_good && let Some(step) = bracket.next(Instant::now()) {
             source.change_exposure(step)?;
-            // Pictures that have arrived until now are older than the change.
+            // Frames that have arrived until now were captured before the change.
             while source.next(Duration::ZERO)?.is_some() {}
         }
     }

@@ -1,7 +1,7 @@
-//! A camera's bytes to RGBA.
+//! Decoding of camera frames to RGBA.
 //!
-//! The conversions are plain functions of this crate, not generic ones of a library: those are compiled unoptimized into a
-//! game's debug build and take 40 times as long.
+//! The conversions are plain functions of this crate. Generic functions of a library would be compiled without optimization
+//! into a game's debug build, and take 40 times as long.
 
 use super::{
     format::{DecodeError, PixelFormat, RawFrame},
@@ -10,7 +10,7 @@ use super::{
 use crate::camera::FramePixels;
 use bevy::prelude::*;
 
-/// Decodes a picture to 8-bit sRGB. Alpha is 255.
+/// Decodes a frame to 8-bit sRGB. Alpha is 255.
 pub(super) fn decode(raw: &RawFrame) -> Result<FramePixels, DecodeError> {
     if raw.bytes.is_empty() || raw.size.min_element() == 0 {
         return Err(DecodeError::Empty);
@@ -22,7 +22,7 @@ pub(super) fn decode(raw: &RawFrame) -> Result<FramePixels, DecodeError> {
     let row_bytes = raw.format.row_bytes(raw.size.x);
     let stride = raw.stride.max(row_bytes);
     let rows = if raw.format == PixelFormat::Nv12 { height + height.div_ceil(2) } else { height };
-    // The padding after the last row need not be there.
+    // The padding after the last row may be missing.
     let expected = stride * rows.saturating_sub(1) + row_bytes;
     if raw.bytes.len() < expected {
         return Err(DecodeError::Short { expected, got: raw.bytes.len() });
@@ -48,7 +48,7 @@ pub(super) fn decode(raw: &RawFrame) -> Result<FramePixels, DecodeError> {
     FramePixels::new(raw.size, rgba).ok_or(DecodeError::Empty)
 }
 
-/// `Y'CbCr` of limited range to R'G'B' of full range, ITU-R BT.601-7 §2.5: Y' has 219 steps from 16, Cb and Cr have 224 steps
+/// Conversion of `Y'CbCr` of limited range to R'G'B' of full range, ITU-R BT.601-7 §2.5: Y' has 219 steps from 16, Cb and Cr have 224 steps
 /// around 128. In 16-bit fixed point: 1.164383 (Y'−16), 1.596027 Cr, −0.391762 Cb − 0.812968 Cr, 2.017232 Cb.
 struct Chroma {
     red: i32,
@@ -80,7 +80,7 @@ fn yuyv_row(row_in: &[u8], row: &mut [u8]) {
         let ([r0, g0, b0, a0], [r1, g1, b1, a1]) = (chroma.with_luma(y0), chroma.with_luma(y1));
         *out = [r0, g0, b0, a0, r1, g1, b1, a1];
     }
-    // The second pixel of an odd width's last pair is not shown.
+    // With an odd width, the second pixel of the last pair lies outside the image.
     if let (Some(&[y0, cb, _, cr]), false) = (pairs_in.last(), last.is_empty()) {
         last.copy_from_slice(&Chroma::new(cb, cr).with_luma(y0));
     }

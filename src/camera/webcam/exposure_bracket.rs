@@ -1,19 +1,19 @@
-//! When a camera takes shorter exposures, and which of its pictures surely have the exposure that was asked for.
+//! Exposure bracketing of a webcam: when the exposure changes, and which frames are certain to have the requested one.
 //!
-//! Nobody says at which exposure a picture was taken. What was in the camera or on the cable when the exposure was changed has the
-//! old one, and USB cameras do as they are told one to three pictures late; a picture in between may have a mix of both. So the
-//! first pictures after each change are thrown away.
+//! Cameras do not report the exposure of a frame. Frames that are in the camera or in transfer when the exposure is changed
+//! have the old one. USB cameras apply a change one to three frames late, and a frame in between may mix both exposures.
+//! Therefore the first frames after each change are discarded.
 
 use std::time::{Duration, Instant};
 
-/// Pictures after a change that are thrown away: the one that is on its way, and three that a camera may be late.
+/// Number of frames discarded after a change: one that is in transfer, and three by which a camera may be late.
 const UNCERTAIN_FRAMES: u32 = 4;
-/// Time between two rounds, in which all pictures are shown: a round of one shorter exposure costs nine pictures.
+/// Time between two rounds, during which all frames are shown. A round with one shorter exposure costs nine frames.
 const ROUND_INTERVAL: Duration = Duration::from_secs(2);
 
-/// The camera's place in its rounds through the exposures.
+/// A camera's position in the rounds through its exposures.
 pub(super) struct ExposureBracket {
-    /// Light that the pictures of each step get; the first one is the usual exposure.
+    /// Relative exposure of each step; the first one is the usual exposure, 1.
     steps: Vec<f32>,
     step: usize,
     uncertain_frames: u32,
@@ -21,14 +21,15 @@ pub(super) struct ExposureBracket {
 }
 
 impl ExposureBracket {
-    /// A camera that has just been set to the usual exposure, 1, and takes shorter ones too, as shares of it.
+    /// Starts with a camera that has just been set to the usual exposure, 1. `shorter` has its other exposures, as fractions of
+    /// the usual one.
     pub(super) fn new(shorter: &[f32], now: Instant) -> Self {
         let steps: Vec<f32> = std::iter::once(1.0).chain(shorter.iter().copied()).collect();
         let uncertain_frames = if shorter.is_empty() { 0 } else { UNCERTAIN_FRAMES };
         Self { steps, step: 0, uncertain_frames, next_round: now + ROUND_INTERVAL }
     }
 
-    /// The exposure of a picture that has arrived; `None` if that is uncertain.
+    /// Counts a frame that has arrived and returns its exposure; `None` if that is uncertain.
     pub(super) fn arrived(&mut self) -> Option<f32> {
         if self.uncertain_frames > 0 {
             self.uncertain_frames -= 1;
@@ -37,8 +38,8 @@ impl ExposureBracket {
         Some(self.steps[self.step])
     }
 
-    /// The step to which the exposure has to be changed now, after a good picture of a certain exposure. The pictures that arrive from now
-    /// on are taken for later than the change: those that had arrived before have to be taken out of the queue.
+    /// Returns the step to which the exposure has to be changed now, after an intact frame of a certain exposure. Frames that
+    /// arrive from now on count as later than the change: the caller has to drop those that are already in the queue.
     pub(super) fn next(&mut self, now: Instant) -> Option<usize> {
         let is_due = self.steps.len() > 1 && (self.step > 0 || now >= self.next_round);
         is_due.then(|| {
@@ -54,10 +55,10 @@ impl ExposureBracket {
 mod tests {
     use super::*;
 
-    /// A camera that changes its exposure so many pictures after the one that is on its way.
+    /// A camera that changes its exposure `late` frames after the frame that is in transfer.
     struct LateCamera {
         late: usize,
-        /// The exposure of the next pictures.
+        /// Exposure steps of the next frames.
         coming: Vec<usize>,
         is_mixed: Vec<bool>,
     }
@@ -103,7 +104,7 @@ mod tests {
                     camera.set(step);
                 }
             }
-            // Twenty seconds: rounds of 2.5 seconds, of which two are usual ones.
+            // Twenty seconds: rounds of 2.5 seconds, two of which have the usual exposure.
             assert!((7..=8).contains(&(shorter.len() / 2)), "{shorter:?}");
             assert!(shorter.chunks(2).all(|round| round == BRACKETED || round == [0.25]));
             assert!(usual > 450, "{usual} of 600");
@@ -118,7 +119,7 @@ mod tests {
         assert_eq!(bracket.next(start), None);
         assert_eq!(bracket.next(start + ROUND_INTERVAL), Some(1));
         while bracket.arrived().is_none() {}
-        // The damaged one is not followed by a change.
+        // No change follows a damaged frame.
         assert_eq!(bracket.arrived(), Some(0.25));
         assert_eq!(bracket.next(start + ROUND_INTERVAL), Some(2));
     }

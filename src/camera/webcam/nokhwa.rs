@@ -1,6 +1,6 @@
 //! Cameras on Windows and macOS, through `nokhwa`.
 //!
-//! Not tested on these systems; the same code takes pictures on Linux.
+//! Not tested on these systems. The same code captures frames on Linux.
 
 use super::{
     devices::{DeviceExposure, DeviceInfo, DeviceOptions},
@@ -14,10 +14,10 @@ use nokhwa::{
 };
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Longest plausible age of a picture on arrival. Older stamps are of another clock.
+/// Largest plausible age of a frame on arrival. Older time stamps are from another clock.
 const MAX_FRAME_AGE: Duration = Duration::from_secs(10);
 
-/// The cameras that the system knows.
+/// Lists the cameras that the system knows.
 pub(super) fn list() -> Vec<DeviceInfo> {
     ask_for_permission();
     let camera = |info: nokhwa::utils::CameraInfo| {
@@ -26,14 +26,14 @@ pub(super) fn list() -> Vec<DeviceInfo> {
     query(ApiBackend::Auto).unwrap_or_default().into_iter().filter_map(camera).collect()
 }
 
-/// macOS gives no camera to a program whose user has not been asked. The answer is found at the next look.
+/// Asks the user for access to cameras, which macOS requires. The answer takes effect at the next search.
 fn ask_for_permission() {
     if !nokhwa::nokhwa_check() {
         nokhwa::nokhwa_initialize(|_| {});
     }
 }
 
-/// A camera that delivers.
+/// An open camera that delivers frames.
 pub(super) struct Source {
     camera: Camera,
     info: DeviceInfo,
@@ -42,7 +42,7 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// Opens the camera and starts it in the mode that is nearest to the wishes.
+    /// Opens the camera and starts it in the mode that is nearest to the requested one.
     pub(super) fn open(info: &DeviceInfo, options: &DeviceOptions) -> Result<Self, String> {
         let failed = |what: &'static str| move |error: NokhwaError| describe(info, what, &error);
         let known = FORMATS.map(|(format, _)| format);
@@ -76,12 +76,12 @@ impl Source {
         &self.stream
     }
 
-    /// Changes the exposure to another step of the rounds: there is only one here.
+    /// Changes the exposure to another step of the bracket. Does nothing, because there is only one step here.
     pub(super) fn change_exposure(&mut self, _step: usize) -> Result<(), String> {
         Ok(())
     }
 
-    /// Waits for the next picture, however long that takes: the library has no limit.
+    /// Waits for the next frame without a time limit, because the library has none.
     pub(super) fn next(&mut self, _limit: Duration) -> Result<Option<SourceFrame<'_>>, String> {
         let buffer = self.camera.frame().map_err(|error| describe(&self.info, "stopped", &error))?;
         let buffer = self.newest.insert(buffer);
@@ -115,7 +115,8 @@ fn mode(theirs: &CameraFormat) -> Option<Mode> {
     Some(Mode { format, size, rate: FrameRate::new(theirs.frame_rate(), 1) })
 }
 
-/// The library's stamps are times of the day, where it has any.
+/// Returns when the frame was captured: the library's time stamp, which is a time of day, if it is plausible, otherwise the
+/// time of arrival.
 fn taken_at(buffer: &Buffer) -> Instant {
     let arrived = Instant::now();
     let taken = buffer.capture_timestamp().map(|since_epoch| UNIX_EPOCH + since_epoch);
@@ -123,7 +124,7 @@ fn taken_at(buffer: &Buffer) -> Instant {
     if age > MAX_FRAME_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
 }
 
-/// What happened to the camera, and what to do.
+/// Returns a message that says what happened to the camera and what to do.
 fn describe(info: &DeviceInfo, what: &str, error: &NokhwaError) -> String {
     format!(
         "the camera \"{}\" (number {}) {what}: {error}. Close other programs that use it, allow cameras in the system's \

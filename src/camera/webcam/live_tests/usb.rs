@@ -10,14 +10,14 @@ use std::{
 
 const USB_CAMERA: &str = "Emulated UVC Camera";
 
-/// The emulated USB camera; killing its process unplugs it.
+/// The emulated USB camera. Killing its process unplugs it.
 struct UsbCamera {
     process: Child,
     _guard: MutexGuard<'static, ()>,
 }
 
 impl UsbCamera {
-    /// Options of the emulator and names of the pictures that it sends in turn.
+    /// Starts the emulator. The arguments are its options and the names of the images that it sends in turn.
     fn plug_in(arguments: &[&str]) -> Option<Self> {
         let guard = CAMERA.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(program) = env::var_os("MIRRORBALL_USB_CAMERA") else {
@@ -45,7 +45,7 @@ impl Drop for UsbCamera {
     }
 }
 
-/// Three pictures of one scene, a white one, one cut off and rubbish.
+/// Writes three images of one scene, a white one, a truncated one and garbage.
 fn write_images(folder: &Path) {
     fs::create_dir_all(folder).expect("is writable");
     let write = |name: &str, bytes: &[u8]| fs::write(folder.join(name), bytes).expect("is writable");
@@ -78,14 +78,14 @@ fn a_usb_camera_sends_jpegs_and_takes_a_fixed_exposure() {
     assert!(next(&webcam).pixels.rgba != first.pixels.rgba);
     let dark = mean_rgb(&first);
     drop(webcam);
-    // The emulated camera shows white from a tenth of a second on.
+    // The emulated camera is white at exposures of a tenth of a second and longer.
     let webcam = Webcam::open(DeviceOptions { exposure: DeviceExposure::Seconds(0.12), ..UsbCamera::options() });
     let bright = mean_rgb(&next(&webcam));
     assert_eq!(wait_for_playing(&webcam).exposure, Some(0.12));
     assert!(bright.min_element() > 250.0 && dark.max_element() < 200.0, "{bright} {dark}");
 }
 
-/// Pictures of the usual exposure in which the rounds are watched; at 30 per second, three rounds and more.
+/// Number of frames of the usual exposure during which the rounds are observed; at 30 per second, at least three rounds.
 const WATCHED_FRAMES: usize = 150;
 
 #[test]
@@ -104,7 +104,7 @@ fn an_exposure_bracket_is_sorted_correctly_however_late_the_camera_is() {
         while usual < WATCHED_FRAMES {
             let bright = next(&webcam);
             usual += 1 + bright.dropped as usize;
-            // The emulated camera shows white from a tenth of a second on.
+            // The emulated camera is white at exposures of a tenth of a second and longer.
             assert!(bright.exposure == 1.0 && mean_rgb(&bright).min_element() > 250.0, "{}", mean_rgb(&bright));
             for dark in webcam.take_shorter() {
                 assert!(mean_rgb(&dark).max_element() < 200.0, "{} at {}", mean_rgb(&dark), dark.exposure);
@@ -132,7 +132,7 @@ fn damaged_jpegs_are_dropped_and_counted() {
         means.push(mean_rgb(&frame));
     }
     assert!(dropped >= 8, "{dropped}");
-    // Whole pictures of one scene are alike; half gray ones are not.
+    // Intact frames of one scene are alike; half gray ones are not.
     assert!(means.iter().all(|mean| mean.distance(means[0]) < 5.0), "{means:?}");
     drop((webcam, camera));
     let Some(_camera) = UsbCamera::plug_in(&["junk.jpg", "cut.jpg"]) else {

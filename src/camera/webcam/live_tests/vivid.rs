@@ -8,7 +8,8 @@ const VIVID_DRIVER: &str = "/sys/bus/platform/drivers/vivid";
 /// The control of vivid that stalls it at 100.
 const DROPPED: &str = "Percentage of Dropped Buffers";
 
-/// vivid, if it is loaded. Plugged in again and healed when it goes out of scope, whatever became of the test.
+/// The driver vivid, if it is loaded. When dropped, it is plugged in again and its settings are restored, whatever the result
+/// of the test.
 struct Vivid(#[expect(dead_code, reason = "held")] MutexGuard<'static, ()>);
 
 impl Vivid {
@@ -59,7 +60,7 @@ fn thirty_distinct_frames_come_with_rising_times() {
     let webcam = Webcam::open(Vivid::options());
     let mut last = next(&webcam);
     assert_eq!(last.pixels.size, UVec2::new(640, 480));
-    // vivid's color bars at their default brightness, as another decoder saw them.
+    // Mean of vivid's color bars at their default brightness, from another decoder.
     let mean = mean_rgb(&last);
     assert!(mean.abs_diff_eq(Vec3::new(84.5, 80.6, 87.3), 2.0), "{mean}");
     for _ in 0..30 {
@@ -137,7 +138,7 @@ fn a_stalled_camera_is_lost_and_recovers_by_itself() {
     assert!(text.contains("no picture from"), "{text}");
     wait_for_playing(&webcam);
     next(&webcam);
-    // One that stalls for long is opened again.
+    // A camera that stalls for long is opened again.
     vivid.set(DROPPED, 100);
     let text = wait_for_lost(&webcam, Duration::from_secs(4));
     assert!(text.contains("for 2 s"), "{text}");
@@ -160,7 +161,7 @@ fn errors_of_the_driver_are_healed() {
     wait_for_playing(&webcam);
     drop(webcam);
     for error in ["Inject VIDIOC_REQBUFS Error", "Inject VIDIOC_QBUF Error", "Inject VIDIOC_STREAMON Error"] {
-        // The thread of the webcam before may still be closing the camera.
+        // The thread of the previous webcam may still be closing the camera.
         sleep(Duration::from_millis(300));
         vivid.set(error, 1);
         let webcam = Webcam::open(Vivid::options());

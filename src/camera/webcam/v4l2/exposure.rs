@@ -1,4 +1,4 @@
-//! How long a V4L2 camera collects light.
+//! Exposure time of a V4L2 camera.
 
 use super::errors::{describe, title};
 use crate::camera::webcam::devices::{DeviceExposure, DeviceInfo, DeviceOptions};
@@ -18,23 +18,23 @@ const APERTURE_PRIORITY: i64 = 3;
 /// Unit of the exposure time: 100 µs.
 const UNITS_PER_SECOND: f32 = 10_000.0;
 
-/// The exposures that a camera takes, in units of its control; the usual one comes first. Empty where it keeps its own.
+/// The exposures that a camera uses, in units of its control; the usual one comes first. Empty if the camera keeps its own.
 #[derive(Default)]
 pub(super) struct Exposures(Vec<i64>);
 
 impl Exposures {
-    /// Seconds of light of the usual exposure.
+    /// The usual exposure time in seconds.
     pub(super) fn seconds(&self) -> Option<f32> {
         self.0.first().map(|units| *units as f32 / UNITS_PER_SECOND)
     }
 
-    /// The others, as shares of it.
+    /// The shorter exposures, as fractions of the usual one.
     pub(super) fn shorter(&self) -> Vec<f32> {
         let fraction = |units: &i64| *units as f32 / self.0[0] as f32;
         self.0.iter().skip(1).map(fraction).collect()
     }
 
-    /// Changes to one of them.
+    /// Changes the camera to one of the exposures.
     pub(super) fn set(&self, device: &Device, info: &DeviceInfo, step: usize) -> Result<(), String> {
         let Some(&value) = self.0.get(step) else {
             return Ok(());
@@ -57,7 +57,7 @@ fn set_time(device: &Device, units: i64) -> io::Result<i64> {
     }
 }
 
-/// Sets the usual exposure, after the shorter ones have been tried, and returns what the camera made of them.
+/// Tries the shorter exposures, then sets the usual one, and returns the values that the camera accepted.
 pub(super) fn expose(device: &Device, info: &DeviceInfo, options: &DeviceOptions) -> Exposures {
     let DeviceOptions { exposure, shorter_exposures, .. } = options;
     let title = title(info);
@@ -67,14 +67,14 @@ pub(super) fn expose(device: &Device, info: &DeviceInfo, options: &DeviceOptions
     let mut exposures = Exposures::default();
     match exposure {
         DeviceExposure::Unchanged => {}
-        // Webcams have a fixed aperture and know only one of the two.
+        // Webcams have a fixed aperture and support only one of the two modes.
         DeviceExposure::Automatic => {
             let switched =
                 set(device, EXPOSURE_AUTO, APERTURE_PRIORITY).or_else(|_| set(device, EXPOSURE_AUTO, AUTOMATIC));
             let _ = switched.map_err(refused);
         }
         DeviceExposure::Seconds(seconds) => {
-            // Cameras without an automatic have no such switch.
+            // Cameras without automatic exposure lack this control.
             let _ = set(device, EXPOSURE_AUTO, MANUAL);
             let units = (UNITS_PER_SECOND * seconds).round().clamp(1.0, i32::MAX as f32) as i64;
             exposures.0.extend(set_time(device, units).map_err(refused).ok());
