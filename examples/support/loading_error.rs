@@ -6,7 +6,8 @@ use bevy::{
 };
 use std::path::Path;
 
-/// Returns why the scene of `file`, or something that it refers to, cannot be loaded; `None` if it is loaded or still loading.
+/// Returns why the scene of `file`, or something that it refers to, cannot be loaded; `None` if it is loaded or still
+/// loading.
 pub(crate) fn loading_error(assets: &AssetServer, scene: &Handle<WorldAsset>, file: &Path) -> Option<String> {
     if let Some(LoadState::Failed(error)) = assets.get_load_state(scene) {
         return Some(format!("cannot load {}: {error}", file.display()));

@@ -3,11 +3,11 @@
 use strsim::osa_distance;
 
 /// Returns the name among `known` that `word` was probably meant to be: equal except for case and separators, or a few
-/// typing errors away. The number of errors is the optimal string alignment distance, which counts insertions, deletions,
-/// replacements and swaps of neighboring letters.
+/// typing errors away. The number of errors is the optimal string alignment distance, which counts insertions,
+/// deletions, replacements and swaps of neighboring letters.
 ///
-/// One error is allowed per three letters of the known name, and at most two, so that short names do not match unrelated
-/// words. An exact match is returned too; check for it first.
+/// One error is allowed per three letters of the known name, and at most two, so that short names do not match
+/// unrelated words. An exact match is returned too; check for it first.
 pub(super) fn closest_name<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let word = normalized(word);
     known

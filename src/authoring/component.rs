@@ -1,4 +1,4 @@
-//! The components that an artist can write, and how each is read.
+//! The components that can be authored, and how each is read.
 
 use super::{
     error::ExtrasProblem,
@@ -15,18 +15,19 @@ use crate::{
 use bevy::prelude::*;
 use serde_json::Value;
 
-/// A component that can stand in the extras of a glTF node, under its own name.
+/// A component that can be read from the extras of a glTF node, where it stands under its own name.
 pub(super) trait FromExtras: Component + Sized {
     /// A complete value, for messages.
     const EXAMPLE: &'static str;
-    /// Plain strings that may stand instead of an object, and what they mean.
+    /// Plain strings that are accepted in place of an object, and their values.
     const WORDS: &'static [(&'static str, fn() -> Self)] = &[];
 
-    /// Reads an object. `None` only where `fields` has noted a problem; defaults may be returned in that case too.
+    /// Reads the component from the fields of an object. Returns `None` only if `fields` has noted a problem; the
+    /// result may also contain defaults in that case.
     fn from_fields(fields: &mut Fields) -> Option<Self>;
 }
 
-/// Reads the value that stands under the name `component`.
+/// Reads the value under the name `component`.
 fn read_value<C: FromExtras>(component: &'static str, value: &Value) -> Result<C, Vec<ExtrasProblem>> {
     if let Some((_, make)) = value.as_str().and_then(|found| C::WORDS.iter().find(|(word, _)| *word == found)) {
         return Ok(make());
@@ -59,24 +60,25 @@ macro_rules! authored_components {
         }
 
         impl AuthoredComponent {
-            /// The names that are looked for in extras.
+            /// Names of all components that are read from extras.
             pub const NAMES: &'static [&'static str] = &[$(stringify!($component)),+];
 
-            /// Its name in the extras.
+            /// Name of this component in extras.
             pub fn name(&self) -> &'static str {
                 match self {
                     $(Self::$component(_) => stringify!($component),)+
                 }
             }
 
-            /// Puts it on an entity, in place of what the entity has of this type. Does nothing if the entity is gone.
+            /// Inserts the component on an entity and replaces one of the same type. Does nothing if the entity no
+            /// longer exists.
             pub fn insert_into(self, entity: &mut EntityCommands) {
                 match self {
                     $(Self::$component(component) => entity.try_insert(component),)+
                 };
             }
 
-            /// Reads the value under `name`. `None` if no component is called that.
+            /// Reads the value under `name`. Returns `None` if no component has that name.
             pub(super) fn read(name: &str, value: &Value) -> Option<Result<Self, Vec<ExtrasProblem>>> {
                 match name {
                     $(stringify!($component) => Some(read_value(stringify!($component), value).map(Self::$component)),)+
@@ -90,19 +92,19 @@ macro_rules! authored_components {
 authored_components! {
     /// A printed marker.
     MarkerAnchor,
-    /// The marker that stays while the camera moves.
+    /// The marker that keeps its place in the world while the camera moves.
     WorldOrigin,
     /// The mirrored ball.
     LightProbeSphere,
-    /// The stand-in for a real thing.
+    /// The stand-in for a real object.
     PhantomObject,
     /// The dome of shadow directions.
     ShadowDomeLight,
-    /// The look of a node and what is below it.
+    /// The rendering style of a node and its descendants.
     SurfaceStyle,
 }
 
-/// The last marker of the family tag36h11.
+/// Largest marker id of the family tag36h11.
 const MAX_TAG36H11_ID: u32 = 586;
 
 impl FromExtras for MarkerAnchor {
@@ -153,7 +155,7 @@ impl FromExtras for PhantomObject {
     }
 }
 
-/// The name of one of several values, as Rust writes it.
+/// Reads a field that holds the name of one of several values; `words` and `values` are in the same order.
 fn choice<T: Copy>(fields: &mut Fields, name: &'static str, words: &'static [&'static str], values: &[T]) -> Option<T> {
     let word = fields.optional(name, Word(words))?;
     words.iter().position(|known| *known == word).and_then(|place| values.get(place).copied())
@@ -223,7 +225,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    /// Stands for components that are a choice: a word, or an object with details.
+    /// Example of a component that is an enum: a word, or an object with details.
     #[derive(Component, Debug, PartialEq)]
     enum Paint {
         Matte,

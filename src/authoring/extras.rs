@@ -1,4 +1,4 @@
-//! The extras of one node, as JSON text, → components, mistakes and warnings. No engine needed.
+//! Parses the extras of one node, which are JSON text, into components, errors and warnings. Needs no app.
 
 use super::{
     closest_name::closest_name,
@@ -7,27 +7,27 @@ use super::{
 };
 use serde_json::Value;
 
-/// What the extras of one node say.
+/// Result of parsing the extras of one node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParsedExtras {
-    /// The components without a mistake, in the alphabetical order of their names.
+    /// Components without mistakes, in alphabetical order of their names.
     pub components: Vec<AuthoredComponent>,
-    /// All mistakes. A component with a mistake is not among [`components`](Self::components).
+    /// All mistakes. Components with mistakes are not among [`components`](Self::components).
     pub errors: Vec<ExtrasError>,
-    /// Names that are nearly those of components.
+    /// Warnings about extras whose names resemble those of components.
     pub warnings: Vec<ExtrasWarning>,
 }
 
 impl ParsedExtras {
-    /// The components if there was no mistake at all, otherwise [`AuthoringError::Extras`]. Drops the warnings.
+    /// Returns the components if there are no mistakes, otherwise [`AuthoringError::Extras`]. Drops the warnings.
     pub fn into_result(self) -> Result<Vec<AuthoredComponent>, AuthoringError> {
         if self.errors.is_empty() { Ok(self.components) } else { Err(AuthoringError::Extras(self.errors)) }
     }
 }
 
-/// Reads the extras of one node. `context` is repeated in errors and warnings.
+/// Parses the extras of one node. `context` is repeated in errors and warnings.
 ///
-/// Extras that are valid JSON and not an object hold no components, which is no mistake.
+/// Extras that are valid JSON but not an object contain no components; that is not a mistake.
 ///
 /// ```
 /// use bevy_mirrorball::authoring::{AuthoredComponent, NodeContext, parse_node_extras};
@@ -55,7 +55,7 @@ pub fn parse_node_extras(json: &str, context: &NodeContext) -> ParsedExtras {
             return parsed;
         }
     };
-    // serde_json keeps the order of the file if any crate in the game's build asks it to
+    // `serde_json` keeps the order of the file if any crate of the build enables that.
     let mut entries: Vec<_> = entries.into_iter().collect();
     entries.sort_by(|(a, _), (b, _)| a.cmp(b));
     for (key, value) in entries {
@@ -86,7 +86,7 @@ mod tests {
         parse_node_extras(json, &NodeContext::new("set.glb", "thing"))
     }
 
-    /// The message of the only mistake, without the place.
+    /// Returns the message of the only mistake, without its context.
     fn complaint(json: &str) -> String {
         let parsed = parse(json);
         assert_eq!(parsed.errors.len(), 1, "{json}: {parsed:?}");

@@ -1,4 +1,4 @@
-//! Reads the fields of one JSON object by rules and collects everything that is wrong with them.
+//! Fields of one JSON object: reads them by rules and collects all problems.
 
 use super::{
     closest_name::closest_name,
@@ -7,7 +7,8 @@ use super::{
 };
 use serde_json::{Map, Value};
 
-/// The fields of one component. Asking for a field makes it known; what was never asked for is an error at the end.
+/// The fields of one component. Every field that is read becomes known; fields that were never read are reported at the
+/// end.
 pub(super) struct Fields<'a> {
     component: &'static str,
     example: &'static str,
@@ -17,12 +18,12 @@ pub(super) struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    /// The fields of `object`, which is the value of `component`; `example` is a complete value of it.
+    /// Starts with `object`, which is the value of `component`; `example` is a complete value of that component.
     pub(super) fn new(component: &'static str, example: &'static str, object: &'a Map<String, Value>) -> Self {
         Self { component, example, object, known: Vec::new(), problems: Vec::new() }
     }
 
-    /// The field's value; `None` if it is absent or wrong, which is noted.
+    /// Reads a mandatory field. Returns `None` and notes a problem if it is absent or wrong.
     pub(super) fn required<R: Rule>(&mut self, field: &'static str, rule: R) -> Option<R::Value> {
         if !self.object.contains_key(field) {
             let Self { component, example, .. } = *self;
@@ -33,13 +34,13 @@ impl<'a> Fields<'a> {
         self.read(field, rule, "")
     }
 
-    /// The field's value; `None` if it is absent, or wrong, which is noted.
+    /// Reads an optional field. Returns `None` if it is absent, and also notes a problem if it is wrong.
     pub(super) fn optional<R: Rule>(&mut self, field: &'static str, rule: R) -> Option<R::Value> {
         self.read(field, rule, ", or leave it out for the default")
     }
 
-    /// What is read from the fields of an object that stands in the field; problems in there name it as `path`. `None` if
-    /// the object is absent or something in it is wrong, which is noted.
+    /// Reads a mandatory field whose value is an object with fields of its own; its problems name that object `path`.
+    /// Returns `None` and notes the problems if the object is absent or anything in it is wrong.
     pub(super) fn required_object<T>(
         &mut self,
         field: &'static str,
@@ -72,7 +73,7 @@ impl<'a> Fields<'a> {
         None
     }
 
-    /// Everything that was wrong, including fields that nobody asked for.
+    /// Returns all problems, including fields that were never read.
     pub(super) fn into_problems(self) -> Vec<ExtrasProblem> {
         let Self { component, object, known, mut problems, .. } = self;
         for field in object.keys().filter(|field| !known.contains(&field.as_str())) {

@@ -1,4 +1,4 @@
-//! Rules: which JSON values a field accepts, and what it is read as.
+//! Rules that check and convert the JSON value of one field.
 
 use bevy::{
     color::{Color, Srgba},
@@ -6,22 +6,22 @@ use bevy::{
 };
 use serde_json::{Map, Value};
 
-/// Which values a field accepts.
+/// A rule for the value of a field.
 pub(super) trait Rule {
-    /// What the field is read as.
+    /// Rust type of the accepted values.
     type Value;
-    /// The value, or what is wrong with it.
+    /// Converts the JSON value, or says in which way it does not match.
     fn read(&self, json: &Value) -> Result<Self::Value, Mismatch>;
-    /// The accepted values in words, to follow "write" or "expected".
+    /// Describes the accepted values in words that can follow "write" or "expected".
     fn expected(&self) -> String;
 }
 
-/// Why a rule turns a value down.
+/// Why a rule rejects a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mismatch {
-    /// It is of another JSON type.
+    /// The value has another JSON type.
     Type,
-    /// It is of the right type.
+    /// The value has the right type, but is not accepted.
     Range,
 }
 
@@ -40,7 +40,8 @@ impl Rule for Flag {
     }
 }
 
-/// A whole number from `min` to `max`. Some tools write whole numbers with a decimal point: 64.0 is 64.
+/// A whole number from `min` to `max`. Some tools write whole numbers with a decimal point, so that 64.0 is accepted as
+/// 64.
 pub(super) struct Whole {
     pub(super) min: u32,
     pub(super) max: u32,
@@ -51,7 +52,7 @@ impl Rule for Whole {
 
     fn read(&self, json: &Value) -> Result<u32, Mismatch> {
         let number = json.as_f64().filter(|number| number.fract() == 0.0).ok_or(Mismatch::Type)?;
-        // both ends are exact in f64, so the cast is too
+        // Both limits are exact in f64, so the cast is too.
         let in_range = (f64::from(self.min)..=f64::from(self.max)).contains(&number);
         in_range.then_some(number as u32).ok_or(Mismatch::Range)
     }
@@ -61,7 +62,7 @@ impl Rule for Whole {
     }
 }
 
-/// A finite number above 0, at most `max`; still so when stored in single precision.
+/// A finite number above 0 and at most `max`, in single precision too.
 pub(super) struct Positive {
     pub(super) max: f32,
     pub(super) unit: Option<&'static str>,
@@ -70,9 +71,9 @@ pub(super) struct Positive {
 impl Positive {
     /// A length in meters.
     pub(super) const METERS: Self = Self { max: f32::MAX, unit: Some("meters") };
-    /// An angle below a right one.
+    /// An angle in radians, below a right angle.
     pub(super) const RADIANS: Self = Self { max: 1.5, unit: Some("radians") };
-    /// A part of a whole.
+    /// A fraction.
     pub(super) const FRACTION: Self = Self { max: 1.0, unit: None };
 }
 
@@ -96,7 +97,7 @@ impl Rule for Positive {
     }
 }
 
-/// Shares of red, green and blue light that a surface reflects: one number for all, or three.
+/// Albedo: the fractions of red, green and blue light that a surface reflects, as three numbers or one for all.
 pub(super) struct Albedo;
 
 impl Rule for Albedo {
@@ -134,7 +135,7 @@ impl Rule for Pixels {
     }
 }
 
-/// An sRGB color as web pages write it.
+/// An sRGB color in the hexadecimal notation of web pages.
 pub(super) struct HexColor;
 
 impl Rule for HexColor {
@@ -150,7 +151,7 @@ impl Rule for HexColor {
     }
 }
 
-/// One of a few words, as it stands.
+/// One of a few words, case-sensitive.
 pub(super) struct Word(pub(super) &'static [&'static str]);
 
 impl Rule for Word {
@@ -181,15 +182,15 @@ impl Rule for Object {
     }
 }
 
-/// The words in quotes, joined by "or".
+/// Returns the words in quotes, joined by "or".
 pub(super) fn quoted(words: &[&str]) -> String {
     words.iter().map(|word| format!("{word:?}")).collect::<Vec<_>>().join(" or ")
 }
 
-/// Longest piece of a user's value that a message repeats, in characters.
+/// Largest number of characters of a user's value that a message repeats.
 const MAX_SHOWN_CHARACTERS: usize = 40;
 
-/// A value for a message: as JSON, cut if long.
+/// Formats a value for a message, as JSON that is truncated if it is long.
 pub(super) fn shown(json: &Value) -> String {
     let text = json.to_string();
     match text.char_indices().nth(MAX_SHOWN_CHARACTERS) {
@@ -220,7 +221,7 @@ mod tests {
     fn positive_numbers_are_positive_in_single_precision_too() {
         assert_eq!(Positive::METERS.read(&json!(0.05)), Ok(0.05));
         assert_eq!(Positive::METERS.read(&json!(2)), Ok(2.0));
-        // 1e-60 becomes 0 and 1e60 infinite as f32
+        // As f32, 1e-60 becomes 0 and 1e60 infinite.
         for outside in [json!(0), json!(-0.1), json!(1e-60), json!(1e60)] {
             assert_eq!(Positive::METERS.read(&outside), Err(Mismatch::Range), "{outside}");
         }

@@ -20,8 +20,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Longest time without a frame before a camera counts as lost. Cameras slower than one frame per second get the duration of
-/// two frames instead.
+/// Longest time without a frame before a camera counts as lost. Cameras slower than one frame per second get the
+/// duration of two frames instead.
 const MAX_SILENCE: Duration = Duration::from_secs(2);
 /// Longest time that opening may take before the camera counts as lost; slow cameras need a second.
 const MAX_OPENING_TIME: Duration = Duration::from_secs(5);
@@ -149,8 +149,8 @@ fn run(state: &Mutex<State>, options: &DeviceOptions, stop: &Receiver<Infallible
 /// The game has dropped the [`Webcam`].
 struct Stopped;
 
-/// Captures frames until the game stops the thread or an error occurs, which is returned as text. The camera is closed on
-/// return: a camera that is still open when it is plugged in again gets another number.
+/// Captures frames until the game stops the thread or an error occurs, which is returned as text. The camera is closed
+/// on return: a camera that is still open when it is plugged in again gets another number.
 fn play(
     state: &Mutex<State>,
     options: &DeviceOptions,

@@ -1,7 +1,7 @@
 //! Decoding of camera frames to RGBA.
 //!
-//! The conversions are plain functions of this crate. Generic functions of a library would be compiled without optimization
-//! into a game's debug build, and take 40 times as long.
+//! The conversions are plain functions of this crate. Generic functions of a library would be compiled without
+//! optimization into a game's debug build, and take 40 times as long.
 
 use super::{
     format::{DecodeError, PixelFormat, RawFrame},
@@ -48,8 +48,9 @@ pub(super) fn decode(raw: &RawFrame) -> Result<FramePixels, DecodeError> {
     FramePixels::new(raw.size, rgba).ok_or(DecodeError::Empty)
 }
 
-/// Conversion of `Y'CbCr` of limited range to R'G'B' of full range, ITU-R BT.601-7 §2.5: Y' has 219 steps from 16, Cb and Cr have 224 steps
-/// around 128. In 16-bit fixed point: 1.164383 (Y'−16), 1.596027 Cr, −0.391762 Cb − 0.812968 Cr, 2.017232 Cb.
+/// Conversion of `Y'CbCr` of limited range to R'G'B' of full range, ITU-R BT.601-7 §2.5: Y' has 219 steps from 16, Cb
+/// and Cr have 224 steps around 128. In 16-bit fixed point: 1.164383 (Y'−16), 1.596027 Cr, −0.391762 Cb − 0.812968 Cr,
+/// 2.017232 Cb.
 struct Chroma {
     red: i32,
     green: i32,

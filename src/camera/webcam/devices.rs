@@ -10,11 +10,11 @@ pub enum DeviceId {
     /// The first camera that [`list_devices`] finds.
     #[default]
     First,
-    /// The number that the system gives the camera: 2 is `/dev/video2` on Linux. Numbers change when cameras are plugged in;
-    /// therefore a camera that was found by its number is identified by its name from then on.
+    /// The number that the system gives the camera: 2 is `/dev/video2` on Linux. Numbers change when cameras are
+    /// plugged in; therefore a camera that was found by its number is identified by its name from then on.
     Index(u32),
-    /// The camera's name as [`list_devices`] returns it, or a part of the name, ignoring case. A camera with exactly this name
-    /// takes precedence.
+    /// The camera's name as [`list_devices`] returns it, or a part of the name, ignoring case. A camera with exactly
+    /// this name takes precedence.
     Name(String),
 }
 
@@ -26,9 +26,9 @@ pub enum DeviceExposure {
     Unchanged,
     /// Automatic exposure. The camera changes it while the game runs, and measured light changes with it.
     Automatic,
-    /// A fixed exposure time in seconds, which makes measured light comparable from frame to frame. Webcams support about
-    /// 0.0001 to 0.5, in steps of 0.0001, and less than the duration of a frame at the full frame rate. The camera uses the
-    /// nearest value that it supports.
+    /// A fixed exposure time in seconds, which makes measured light comparable from frame to frame. Webcams support
+    /// about 0.0001 to 0.5, in steps of 0.0001, and less than the duration of a frame at the full frame rate. The
+    /// camera uses the nearest value that it supports.
     ///
     /// Linux only. A camera that refuses keeps its setting, and a warning is logged.
     Seconds(f32),
@@ -73,17 +73,19 @@ pub struct DeviceOptions {
     pub encoding: DeviceEncoding,
     /// Exposure time. Defaults to [`DeviceExposure::Unchanged`].
     pub exposure: DeviceExposure,
-    /// Exposure bracketing: shorter exposures that the camera takes in between, as fractions of the usual one, above 0 and
-    /// below 1. The usual exposure has to be [`DeviceExposure::Seconds`]. The additional frames resolve lamps that clip at the
-    /// usual exposure ([`ShorterFrames`](crate::camera::ShorterFrames)); they are not shown. Defaults to none.
+    /// Exposure bracketing: shorter exposures that the camera takes in between, as fractions of the usual one, above 0
+    /// and below 1. The usual exposure has to be [`DeviceExposure::Seconds`]. The additional frames resolve lamps that
+    /// clip at the usual exposure ([`ShorterFrames`](crate::camera::ShorterFrames)); they are not shown. Defaults to
+    /// none.
     ///
-    /// Each shorter exposure is taken once every two seconds. Cameras apply a change of exposure some frames late, so that five
-    /// frames for each shorter exposure and four more are not shown: with one of them at 30 frames per second, the image freezes
-    /// for 0.3 s. Turn automatic white balance and gain off. Under lamps that flicker with the mains (100 or 120 times per
-    /// second), exposures shorter than one period can catch any phase of it; such frames are ignored if the brightness of the
-    /// marker's paper deviates by a quarter or more.
+    /// Each shorter exposure is taken once every two seconds. Cameras apply a change of exposure some frames late, so
+    /// that five frames for each shorter exposure and four more are not shown: with one of them at 30 frames per
+    /// second, the image freezes for 0.3 s. Turn automatic white balance and gain off. Under lamps that flicker with
+    /// the mains (100 or 120 times per second), exposures shorter than one period can catch any phase of it; such
+    /// frames are ignored if the brightness of the marker's paper deviates by a quarter or more.
     ///
-    /// Linux only. On other systems, or if the camera refuses, a warning is logged and all frames have the usual exposure.
+    /// Linux only. On other systems, or if the camera refuses, a warning is logged and all frames have the usual
+    /// exposure.
     pub shorter_exposures: Vec<f32>,
 }
 
@@ -118,8 +120,8 @@ pub struct DeviceInfo {
     pub name: String,
 }
 
-/// Lists the connected cameras in the order of their numbers. The list is empty if there are none or the system does not
-/// report them.
+/// Lists the connected cameras in the order of their numbers. The list is empty if there are none or the system does
+/// not report them.
 ///
 /// Takes a few milliseconds. Cameras that another program uses are listed too.
 pub fn list_devices() -> Vec<DeviceInfo> {
@@ -128,8 +130,8 @@ pub fn list_devices() -> Vec<DeviceInfo> {
     devices
 }
 
-/// Returns the camera with the given identification. A camera that was found before (`known`) is found again by its name; if
-/// several cameras have that name, the one with the old number is preferred.
+/// Returns the camera with the given identification. A camera that was found before (`known`) is found again by its
+/// name; if several cameras have that name, the one with the old number is preferred.
 pub(super) fn find<'a>(devices: &'a [DeviceInfo], id: &DeviceId, known: Option<&DeviceInfo>) -> Option<&'a DeviceInfo> {
     if let Some(known) = known {
         let same_name = || devices.iter().filter(|device| device.name == known.name);

@@ -1,8 +1,8 @@
 //! Exposure bracketing of a webcam: when the exposure changes, and which frames are certain to have the requested one.
 //!
-//! Cameras do not report the exposure of a frame. Frames that are in the camera or in transfer when the exposure is changed
-//! have the old one. USB cameras apply a change one to three frames late, and a frame in between may mix both exposures.
-//! Therefore the first frames after each change are discarded.
+//! Cameras do not report the exposure of a frame. Frames that are in the camera or in transfer when the exposure is
+//! changed have the old one. USB cameras apply a change one to three frames late, and a frame in between may mix both
+//! exposures. Therefore the first frames after each change are discarded.
 
 use std::time::{Duration, Instant};
 
@@ -21,8 +21,8 @@ pub(super) struct ExposureBracket {
 }
 
 impl ExposureBracket {
-    /// Starts with a camera that has just been set to the usual exposure, 1. `shorter` has its other exposures, as fractions of
-    /// the usual one.
+    /// Starts with a camera that has just been set to the usual exposure, 1. `shorter` has its other exposures, as
+    /// fractions of the usual one.
     pub(super) fn new(shorter: &[f32], now: Instant) -> Self {
         let steps: Vec<f32> = std::iter::once(1.0).chain(shorter.iter().copied()).collect();
         let uncertain_frames = if shorter.is_empty() { 0 } else { UNCERTAIN_FRAMES };
@@ -38,8 +38,9 @@ impl ExposureBracket {
         Some(self.steps[self.step])
     }
 
-    /// Returns the step to which the exposure has to be changed now, after an intact frame of a certain exposure. Frames that
-    /// arrive from now on count as later than the change: the caller has to drop those that are already in the queue.
+    /// Returns the step to which the exposure has to be changed now, after an intact frame of a certain exposure.
+    /// Frames that arrive from now on count as later than the change: the caller has to drop those that are already in
+    /// the queue.
     pub(super) fn next(&mut self, now: Instant) -> Option<usize> {
         let is_due = self.steps.len() > 1 && (self.step > 0 || now >= self.next_round);
         is_due.then(|| {

@@ -4,8 +4,8 @@ use super::devices::{DeviceEncoding, DeviceOptions};
 use bevy::prelude::*;
 use std::{cmp::Ordering, time::Instant};
 
-/// Encoding of a camera's frames. The order is the order of preference at equal size and rate: uncompressed before JPEG,
-/// whose blocks soften corners and colors; gray last, because light without color is half a measurement.
+/// Encoding of a camera's frames. The order is the order of preference at equal size and rate: uncompressed before
+/// JPEG, whose blocks soften corners and colors; gray last, because light without color is half a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::camera) enum PixelFormat {
     /// `Y'CbCr` 4:2:2, two pixels in four bytes: Y'₀ Cb Y'₁ Cr.
@@ -63,7 +63,8 @@ pub(super) struct SourceFrame<'a> {
     pub(super) raw: RawFrame<'a>,
     /// When the frame was captured, or when it arrived where no plausible time stamp exists.
     pub(super) at: Instant,
-    /// Whether the driver reports an error in this frame. Always `false` where `nokhwa` is used, which does not report it.
+    /// Whether the driver reports an error in this frame. Always `false` where `nokhwa` is used, which does not report
+    /// it.
     pub(super) is_marked_damaged: bool,
 }
 

@@ -1,7 +1,8 @@
 //! Decoding of Motion-JPEG frames to RGBA.
 //!
-//! Most decoders fill the missing parts of damaged JPEGs with gray or old rows. That suits viewers and falsifies measurements,
-//! so that damaged frames are rejected here: those without an end mark, and those on which the decoder's strict mode fails.
+//! Most decoders fill the missing parts of damaged JPEGs with gray or old rows. That suits viewers and falsifies
+//! measurements, so that damaged frames are rejected here: those without an end mark, and those on which the decoder's
+//! strict mode fails.
 
 use super::format::DecodeError;
 use crate::camera::FramePixels;
@@ -15,8 +16,8 @@ pub(super) fn decode(bytes: &[u8], size: UVec2) -> Result<FramePixels, DecodeErr
     let damaged = |what: &str| DecodeError::Jpeg(what.to_owned());
     let layout = Layout::find(bytes).ok_or_else(|| damaged("it has no picture in it"))?;
     let scan_end = layout.scan_end.ok_or_else(|| damaged("it is cut off"))?;
-    // The end mark is cut off: if it comes too early, the decoder would silently continue in gray. The decoder reports missing
-    // bytes once per row of blocks, so that a gap that begins in the last row stays undetected.
+    // The end mark is cut off: if it comes too early, the decoder would silently continue in gray. The decoder reports
+    // missing bytes once per row of blocks, so that a gap that begins in the last row stays undetected.
     let jpeg = with_huffman_tables(&bytes[..scan_end], layout.has_huffman_tables);
     let options = DecoderOptions::new_fast()
         .set_strict_mode(true)
@@ -48,8 +49,9 @@ struct Layout {
 }
 
 impl Layout {
-    /// Walks over the segments (ITU-T T.81, annex B) up to the start of the scan. The end mark cannot occur within a scan,
-    /// but it can occur in a thumbnail in an earlier segment, and some cameras fill the buffer behind it with garbage.
+    /// Walks over the segments (ITU-T T.81, annex B) up to the start of the scan. The end mark cannot occur within a
+    /// scan, but it can occur in a thumbnail in an earlier segment, and some cameras fill the buffer behind it with
+    /// garbage.
     fn find(bytes: &[u8]) -> Option<Self> {
         const START_OF_SCAN: u8 = 0xDA;
         const HUFFMAN_TABLES: u8 = 0xC4;
@@ -75,8 +77,9 @@ impl Layout {
     }
 }
 
-/// Returns the JPEG with an `AVI1` segment if its Huffman tables are missing. Many webcams omit them, as Motion-JPEG in AVI
-/// containers does, and mean the tables of T.81 annex K. The decoder inserts those where it finds an `AVI1` segment.
+/// Returns the JPEG with an `AVI1` segment if its Huffman tables are missing. Many webcams omit them, as Motion-JPEG in
+/// AVI containers does, and mean the tables of T.81 annex K. The decoder inserts those where it finds an `AVI1`
+/// segment.
 fn with_huffman_tables(bytes: &[u8], has_them: bool) -> Cow<'_, [u8]> {
     const AVI1: [u8; 11] = [0xFF, 0xE0, 0, 9, b'A', b'V', b'I', b'1', 0, 0, 0];
     if has_them {

@@ -115,8 +115,8 @@ fn mode(theirs: &CameraFormat) -> Option<Mode> {
     Some(Mode { format, size, rate: FrameRate::new(theirs.frame_rate(), 1) })
 }
 
-/// Returns when the frame was captured: the library's time stamp, which is a time of day, if it is plausible, otherwise the
-/// time of arrival.
+/// Returns when the frame was captured: the library's time stamp, which is a time of day, if it is plausible, otherwise
+/// the time of arrival.
 fn taken_at(buffer: &Buffer) -> Instant {
     let arrived = Instant::now();
     let taken = buffer.capture_timestamp().map(|since_epoch| UNIX_EPOCH + since_epoch);

@@ -8,15 +8,15 @@ use std::time::{Duration, Instant};
 /// A decoded frame of a webcam.
 pub(in crate::camera) struct Captured {
     pub(in crate::camera) pixels: FramePixels,
-    /// When the frame was captured: the driver's time stamp (start of exposure or end of transfer, depending on the driver) if
-    /// it is plausible, otherwise the time of arrival.
+    /// When the frame was captured: the driver's time stamp (start of exposure or end of transfer, depending on the
+    /// driver) if it is plausible, otherwise the time of arrival.
     pub(in crate::camera) at: Instant,
     /// Time that decoding took.
     pub(in crate::camera) decode_time: Duration,
     /// Exposure relative to the usual exposure, at most 1.
     pub(in crate::camera) exposure: f32,
-    /// Number of frames of the usual exposure that were overwritten unread, and of empty or damaged frames, since the last
-    /// frame that was taken.
+    /// Number of frames of the usual exposure that were overwritten unread, and of empty or damaged frames, since the
+    /// last frame that was taken.
     pub(in crate::camera) dropped: u64,
 }
 
@@ -27,7 +27,8 @@ pub(in crate::camera) enum WebcamStatus {
     Opening,
     /// Frames arrive.
     Playing(WebcamStream),
-    /// No frames arrive. The text names the camera, what happened and what to do. The thread keeps searching for the camera.
+    /// No frames arrive. The text names the camera, what happened and what to do. The thread keeps searching for the
+    /// camera.
     Lost(String),
 }
 

@@ -1,7 +1,8 @@
 //! Tests against real drivers: vivid, the kernel's virtual camera, and the USB video driver with an emulated webcam.
 //!
-//! Without these drivers the tests are skipped with a printed reason. `scripts/test_webcam.sh` runs them in a small virtual
-//! machine, where `MIRRORBALL_USB_CAMERA` names the emulator and `MIRRORBALL_REQUIRE_CAMERA` turns a skip into a failure.
+//! Without these drivers the tests are skipped with a printed reason. `scripts/test_webcam.sh` runs them in a small
+//! virtual machine, where `MIRRORBALL_USB_CAMERA` names the emulator and `MIRRORBALL_REQUIRE_CAMERA` turns a skip into
+//! a failure.
 
 mod usb;
 mod vivid;

@@ -85,7 +85,8 @@ fn a_usb_camera_sends_jpegs_and_takes_a_fixed_exposure() {
     assert!(bright.min_element() > 250.0 && dark.max_element() < 200.0, "{bright} {dark}");
 }
 
-/// Number of frames of the usual exposure during which the rounds are observed; at 30 per second, at least three rounds.
+/// Number of frames of the usual exposure during which the rounds are observed; at 30 per second, at least three
+/// rounds.
 const WATCHED_FRAMES: usize = 150;
 
 #[test]

@@ -8,8 +8,8 @@ const VIVID_DRIVER: &str = "/sys/bus/platform/drivers/vivid";
 /// The control of vivid that stalls it at 100.
 const DROPPED: &str = "Percentage of Dropped Buffers";
 
-/// The driver vivid, if it is loaded. When dropped, it is plugged in again and its settings are restored, whatever the result
-/// of the test.
+/// The driver vivid, if it is loaded. When dropped, it is plugged in again and its settings are restored, whatever the
+/// result of the test.
 struct Vivid(#[expect(dead_code, reason = "held")] MutexGuard<'static, ()>);
 
 impl Vivid {

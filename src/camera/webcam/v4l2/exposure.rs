@@ -18,7 +18,8 @@ const APERTURE_PRIORITY: i64 = 3;
 /// Unit of the exposure time: 100 µs.
 const UNITS_PER_SECOND: f32 = 10_000.0;
 
-/// The exposures that a camera uses, in units of its control; the usual one comes first. Empty if the camera keeps its own.
+/// The exposures that a camera uses, in units of its control; the usual one comes first. Empty if the camera keeps its
+/// own.
 #[derive(Default)]
 pub(super) struct Exposures(Vec<i64>);
 

@@ -141,8 +141,8 @@ impl Source {
     }
 }
 
-/// Queues all buffers except the first and starts the stream. Before the library waits for a frame, it queues the buffer
-/// that was read last, which is initially the first one.
+/// Queues all buffers except the first and starts the stream. Before the library waits for a frame, it queues the
+/// buffer that was read last, which is initially the first one.
 fn start(device: &Device) -> io::Result<MmapStream<'static>> {
     let mut buffers = MmapStream::with_buffers(device, Type::VideoCapture, BUFFER_COUNT)?;
     buffers.set_timeout(Duration::from_secs(1));
@@ -157,8 +157,8 @@ fn start(device: &Device) -> io::Result<MmapStream<'static>> {
     Ok(buffers)
 }
 
-/// Returns when the frame was captured: the driver's time stamp if it is from the clock that [`Instant`] uses and neither in
-/// the future nor long ago, otherwise the time of arrival.
+/// Returns when the frame was captured: the driver's time stamp if it is from the clock that [`Instant`] uses and
+/// neither in the future nor long ago, otherwise the time of arrival.
 fn taken_at(meta: &Metadata) -> Instant {
     let arrived = Instant::now();
     if meta.flags & Flags::TIMESTAMP_MASK != Flags::TIMESTAMP_MONOTONIC {

@@ -8,8 +8,8 @@ use bevy::prelude::*;
 use std::io;
 use v4l::{Device, FourCC, Fraction, frameinterval::FrameIntervalEnum, framesize::FrameSizeEnum, video::Capture};
 
-/// Lists the camera's modes whose format can be decoded. Ranges of sizes or rates are represented by the value nearest to
-/// the requested one.
+/// Lists the camera's modes whose format can be decoded. Ranges of sizes or rates are represented by the value nearest
+/// to the requested one.
 pub(super) fn modes(device: &Device, options: &DeviceOptions) -> io::Result<Vec<Mode>> {
     let mut modes = Vec::new();
     for description in device.enum_formats()? {
