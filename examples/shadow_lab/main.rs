@@ -5,16 +5,18 @@
 //!
 //! All is virtual: no marker, no ball, no camera picture. The scene is the one in which Kunze (2006) compared shadows.
 
-#[path = "support/parse_size.rs"]
+mod options;
+mod panel;
+#[path = "../support/parse_size.rs"]
 mod parse_size;
-#[path = "support/window_log.rs"]
+#[path = "../support/window_log.rs"]
 mod window_log;
 
 use bevy::{
     app::AppExit, core_pipeline::tonemapping::Tonemapping, diagnostic::FrameTimeDiagnosticsPlugin,
     light::NotShadowCaster, prelude::*,
 };
-use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass, egui};
+use bevy_egui::{EguiPlugin, EguiPrimaryContextPass};
 use bevy_mirrorball::{
     environment_map::{EnvironmentCube, EquirectPixels, equirect_direction},
     lighting::RealLight,
@@ -22,10 +24,10 @@ use bevy_mirrorball::{
     offscreen,
     phantom::PhantomPlugin,
     prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
-    shadows::{DomeCoverage, DomeState, ShadowDomeLight, ShadowFilter, ShadowsPlugin, VisibilitySamples},
+    shadows::{ShadowDomeLight, ShadowsPlugin},
 };
-use parse_size::parse_size;
-use std::{f32::consts::TAU, path::PathBuf};
+use options::Options;
+use std::f32::consts::TAU;
 use window_log::window_log;
 
 /// Width of the sky's picture, and edge of the cube made of it.
@@ -35,77 +37,7 @@ const HEADLESS_STEP: f32 = 1.0 / 30.0;
 const FRAMES_A_PICTURE: u32 = 6;
 /// In so many frames roles, materials, light and first shadow maps are there.
 const WARM_UP_FRAMES: u32 = 6;
-/// What the command line calls filters.
-const FILTERS: [(&str, ShadowFilter); 7] = [
-    ("nearest", ShadowFilter::Nearest),
-    ("bilinear", ShadowFilter::Bilinear),
-    ("gauss", ShadowFilter::Gauss),
-    ("pcf9", ShadowFilter::Pcf9),
-    ("pcf25", ShadowFilter::Pcf25),
-    ("pcf49", ShadowFilter::Pcf49),
-    ("pcss", SOFT),
-];
-const SOFT: ShadowFilter = ShadowFilter::Pcss { angular_radius: 0.1 };
-const SAMPLES: [(&str, VisibilitySamples); 4] = [
-    ("interleaved", VisibilitySamples::Interleaved),
-    ("half", VisibilitySamples::Half),
-    ("full", VisibilitySamples::Full),
-    ("fragment", VisibilitySamples::Fragment),
-];
-const COVERAGES: [(&str, DomeCoverage); 2] =
-    [("hemisphere", DomeCoverage::Hemisphere), ("sphere", DomeCoverage::Sphere)];
-const RESOLUTIONS: [(&str, u32); 5] = [("64", 64), ("128", 128), ("256", 256), ("512", 512), ("1024", 1024)];
-
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
-
-struct Options {
-    is_headless: bool,
-    frames: u32,
-    size: UVec2,
-    out: PathBuf,
-    dome: ShadowDomeLight,
-}
-
-/// A value by its name on the command line.
-fn named<T: Copy>(values: &[(&str, T)], option: &str, name: &str) -> Result<T, String> {
-    let names: Vec<_> = values.iter().map(|(name, _)| *name).collect();
-    let found = values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
-    found.ok_or(format!("--{option}: {name} is none of {}", names.join(", ")))
-}
-
-impl Options {
-    fn from_command_line() -> Outcome<Self> {
-        use lexopt::prelude::*;
-        let mut options = Self {
-            is_headless: false,
-            frames: 4,
-            size: UVec2::new(640, 360),
-            out: PathBuf::from("shadow_lab"),
-            dome: ShadowDomeLight::default(),
-        };
-        let mut parser = lexopt::Parser::from_env();
-        while let Some(argument) = parser.next()? {
-            match argument {
-                Long("headless") => options.is_headless = true,
-                Long("frames") => options.frames = parser.value()?.parse()?,
-                Long("size") => {
-                    let text = parser.value()?.string()?;
-                    options.size = parse_size(&text).ok_or("--size: write it like 640x360")?;
-                }
-                Long("out") => options.out = parser.value()?.into(),
-                Long("directions") => options.dome.directions = parser.value()?.parse()?,
-                Long("resolution") => options.dome.resolution = parser.value()?.parse()?,
-                Long("refreshed") => options.dome.refreshed_per_frame = parser.value()?.parse()?,
-                Long("key-lights") => options.dome.key_lights = parser.value()?.parse()?,
-                Long("filter") => options.dome.filter = named(&FILTERS, "filter", &parser.value()?.string()?)?,
-                Long("samples") => options.dome.samples = named(&SAMPLES, "samples", &parser.value()?.string()?)?,
-                Long("coverage") => options.dome.coverage = named(&COVERAGES, "coverage", &parser.value()?.string()?)?,
-                other => return Err(other.unexpected().into()),
-            }
-        }
-        Ok(options)
-    }
-}
 
 /// The lamp in the sky and the cars' time.
 #[derive(Resource, Clone, Debug, PartialEq)]
@@ -152,7 +84,7 @@ fn main() -> Outcome<AppExit> {
     }
     let mut app = App::new();
     app.add_plugins((DefaultPlugins.set(window_log()), EguiPlugin::default(), FrameTimeDiagnosticsPlugin::default()))
-        .add_systems(EguiPrimaryContextPass, draw_panel);
+        .add_systems(EguiPrimaryContextPass, panel::draw_panel);
     add_scene(&mut app, &options.dome);
     app.world_mut().spawn(camera());
     let advance = |time: Res<Time>, mut lab: ResMut<Lab>| {
@@ -320,65 +252,4 @@ fn sky(lamp: &Lab) -> EquirectPixels {
         ground.lerp(air, ((dir.y + 0.02) / 0.04).clamp(0.0, 1.0)) + share * on_disc * Vec3::new(1.0, 0.9, 0.75)
     };
     EquirectPixels { size, texels: (0..size.x * size.y).map(radiance).collect() }
-}
-
-fn draw_panel(
-    mut contexts: EguiContexts,
-    mut lab: ResMut<Lab>,
-    mut domes: Query<(&mut ShadowDomeLight, &DomeState)>,
-    diagnostics: Res<bevy::diagnostic::DiagnosticsStore>,
-) {
-    let (Ok(ctx), Ok((mut dome, state))) = (contexts.ctx_mut(), domes.single_mut()) else {
-        return;
-    };
-    let (mut lamp, mut settings) = (lab.clone(), dome.clone());
-    egui::Window::new("dome").default_width(280.0).show(ctx, |ui| {
-        draw_dome(ui, &mut settings);
-        ui.separator();
-        ui.add(egui::Slider::new(&mut lamp.azimuth, 0.0..=TAU).text("lamp: azimuth"));
-        ui.add(egui::Slider::new(&mut lamp.elevation, 0.1..=1.55).text("elevation"));
-        ui.add(egui::Slider::new(&mut lamp.radius, 0.02..=0.6).text("angular radius"));
-        ui.add(egui::Slider::new(&mut lamp.strength, 0.0..=6.0).text("strength"));
-        ui.add(egui::Slider::new(&mut lamp.speed, 0.0..=3.0).text("cars' speed"));
-        ui.separator();
-        ui.label(format!(
-            "{} casters · {} key lights · {} directions redrawn, {} outdated · the oldest of {} main ones is {} frames old",
-            state.casters, state.key_lights, state.redrawn, state.outdated, state.main, state.oldest_main
-        ));
-        let frame = diagnostics.get(&FrameTimeDiagnosticsPlugin::FRAME_TIME).and_then(|time| time.smoothed());
-        ui.label(format!("{:.1} ms a frame", frame.unwrap_or(0.0)));
-    });
-    lab.set_if_neq(lamp);
-    dome.set_if_neq(settings);
-}
-
-/// One line per field.
-fn draw_dome(ui: &mut egui::Ui, dome: &mut ShadowDomeLight) {
-    let most = ShadowDomeLight::MAX_DIRECTIONS;
-    ui.add(egui::Slider::new(&mut dome.directions, 1..=most).logarithmic(true).text("directions"));
-    ui.add(egui::Slider::new(&mut dome.key_lights, 0..=ShadowDomeLight::MAX_KEY_LIGHTS).text("key lights"));
-    choose(ui, "coverage", &COVERAGES, &mut dome.coverage);
-    choose(ui, "resolution", &RESOLUTIONS, &mut dome.resolution);
-    // The width of a soft filter has a slider of its own.
-    let mut filter = if let ShadowFilter::Pcss { .. } = dome.filter { SOFT } else { dome.filter };
-    choose(ui, "filter", &FILTERS, &mut filter);
-    if std::mem::discriminant(&filter) != std::mem::discriminant(&dome.filter) {
-        dome.filter = filter;
-    }
-    if let ShadowFilter::Pcss { angular_radius } = &mut dome.filter {
-        ui.add(egui::Slider::new(angular_radius, 0.0..=0.5).text("light's angular radius"));
-    }
-    choose(ui, "samples", &SAMPLES, &mut dome.samples);
-    ui.add(egui::Slider::new(&mut dome.refreshed_per_frame, 1..=most).logarithmic(true).text("refreshed per frame"));
-    ui.add(egui::Slider::new(&mut dome.dim_share, 0.0..=0.2).text("share of dim directions"));
-}
-
-/// A box with names.
-fn choose<T: Copy + PartialEq>(ui: &mut egui::Ui, label: &str, values: &[(&str, T)], chosen: &mut T) {
-    let current = values.iter().find(|(_, value)| value == chosen);
-    egui::ComboBox::from_label(label).selected_text(current.map_or("other", |(name, _)| *name)).show_ui(ui, |ui| {
-        for (name, value) in values {
-            ui.selectable_value(chosen, *value, *name);
-        }
-    });
 }
