@@ -1,11 +1,13 @@
-//! The lights of a recorded desk as arrows with labels, without and with the recovery of clipped light, side by side.
+//! The lights detected on a recorded desk as labeled arrows, without and with the recovery of clipped light, side by
+//! side.
 //!
 //! ```text
 //! cargo run --example real_lights -- --picture 20 --out real_lights.png
 //! ```
-//! Left, clipped light counts as white; right, its energy is recovered from what stands on the desk. An arrow shows where a light
-//! shines to, in its color; its length grows with its part of all light. A label has the light's number, its part of all light in percent
-//! and its elevation in degrees. Needs no window; renders on software Vulkan too.
+//! On the left, clipped light counts as white; on the right, its energy is recovered from the objects on the desk. Each
+//! arrow points in the direction in which a light shines and has the light's color; its length grows with the light's
+//! fraction of all light. The label shows the light's number, its fraction of all light in percent and its elevation in
+//! degrees. Needs no window; renders on software Vulkan too.
 
 #[path = "support/rgb_image.rs"]
 mod rgb_image;
@@ -36,12 +38,12 @@ usage: real_lights [--picture N] [--out FILE]
   --picture N   picture of assets/desk_clip, 0 to 59 [20]
   --out FILE    where the picture goes (PNG) [real_lights.png]
 ";
-/// Size and intrinsics of the recorded pictures.
+/// Size and focal length of the recorded frames, in pixels.
 const SIZE: UVec2 = UVec2::new(640, 480);
 const FOCAL: f32 = 601.832_46;
-/// To wait for assets and shaders.
+/// Longest wait for assets and shaders.
 const MAX_WAIT: Duration = Duration::from_secs(120);
-/// Where the arrows point to, in the marker's frame, metres.
+/// Point at which the arrows point, in the marker's frame of reference, in meters.
 const TARGET: Vec3 = Vec3::new(-0.02, 0.02, -0.01);
 
 fn main() -> ExitCode {
@@ -116,7 +118,7 @@ fn draw(picture: u32, is_enabled: bool) -> Outcome<image::RgbImage> {
     Ok(picture)
 }
 
-/// Whether the scene is there and its lights are found. Switches the recovery as wanted.
+/// Switches the recovery on or off, and returns whether the scene is loaded and its lights are detected.
 fn is_ready(app: &mut App, scene: &Handle<WorldAsset>, is_enabled: bool) -> Outcome<bool> {
     let assets = app.world().resource::<AssetServer>().clone();
     if let Some(RecursiveDependencyLoadState::Failed(error)) = assets.get_recursive_dependency_load_state(scene) {
@@ -216,7 +218,7 @@ fn write_labels(app: &mut App, picture: &mut image::RgbImage, intrinsics: Intrin
     }
 }
 
-/// Digits and signs, three by five dots each, rows from the top with the leftmost dot highest.
+/// Digits and signs of 3 × 5 dots: rows from top to bottom; the highest of three bits is the leftmost dot.
 const FONT: [(char, [u8; 5]); 14] = [
     ('0', [7, 5, 5, 5, 7]),
     ('1', [2, 6, 2, 2, 7]),

@@ -1,4 +1,5 @@
-//! Puts virtual objects into a photograph: marker → camera pose, mirrored ball → light, dome → shadows.
+//! Composites virtual objects into a photograph: camera pose from the marker, light from the mirrored ball, shadows
+//! from the dome.
 //!
 //! ```text
 //! cargo run --example composite -- --frame photo.png --intrinsics FX,FY,CX,CY --scene desk.glb --out out.png
@@ -61,9 +62,9 @@ fn main() -> ExitCode {
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
-/// To wait for the scene's assets.
+/// Longest wait for the scene's assets.
 const MAX_WAIT: Duration = Duration::from_secs(60);
-/// Frames after the shaders have loaded within which the ball has been unwrapped.
+/// Largest number of frames, after the shaders have loaded, until the ball is unwrapped.
 const MAX_MEASURING_FRAMES: u32 = 8;
 /// Width of the dumped environment in pixels.
 const ENVIRONMENT_WIDTH: u32 = 1024;
@@ -79,7 +80,7 @@ fn composite(options: &Options) -> Outcome<()> {
     let size = frame.size;
     let mut app = build_app(options)?;
     let (picture, target) = offscreen::add_target(&mut app, size);
-    // Bevy would draw every frame while the scene loads.
+    // An active camera would render every frame while the scene loads.
     let camera = Camera { is_active: false, ..default() };
     let intrinsics = options.intrinsics_of(size);
     let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
@@ -157,7 +158,7 @@ fn load_scene(app: &mut App, path: &Path) -> Outcome<()> {
     }
 }
 
-/// What the options change in the scene, and what every scene needs.
+/// Applies the options to the scene, and adds a dome if it has none.
 fn complete_scene(app: &mut App, options: &Options) {
     let world = app.world_mut();
     let domes: Vec<Entity> = world.query_filtered::<Entity, With<ShadowDomeLight>>().iter(world).collect();
@@ -220,7 +221,7 @@ fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
     Ok(())
 }
 
-/// Shaders load in the background: updates until the ball has been unwrapped, and returns the environment.
+/// Updates until the ball is unwrapped, and returns the environment. Shaders load in the background.
 fn wait_for_environment(app: &mut App) -> Outcome<CubePixels> {
     let world = app.world_mut();
     let cube = world.query::<&EnvironmentCube>().iter(world).next().ok_or("there is no environment")?.0.clone();

@@ -43,7 +43,7 @@ impl Options {
         Intrinsics { focal: Vec2::new(fx, fy), center: Vec2::new(cx, cy), size }
     }
 
-    /// Reads the command line; `None` if only help was asked for.
+    /// Reads the command line. Returns `None` if help was requested.
     pub(crate) fn from_command_line() -> Result<Option<Self>, String> {
         Self::parse(lexopt::Parser::from_env()).map_err(|error| format!("{error}\n\n{USAGE}"))
     }

@@ -33,10 +33,10 @@ usage: dance_stage [OPTIONS]
 
 Keys: 1 to 9 switch one thing between toon and image-based, T all of them, Tab the panel, Space holds the dance, Esc ends.";
 
-/// What a webcam is asked for; intrinsics are understood for this size.
+/// Size requested from a webcam. Intrinsics refer to this size.
 const DEVICE_SIZE: UVec2 = UVec2::new(640, 480);
 
-/// Every device can draw textures of this size.
+/// Largest size of an image in pixels, which all graphics devices support.
 const MAX_SIZE: u32 = 8192;
 
 pub(crate) enum Feed {
@@ -55,7 +55,7 @@ pub(crate) struct Options {
     lens: Option<Lens>,
     set: Option<PathBuf>,
     pub scene: Option<PathBuf>,
-    /// Names of things on the stage.
+    /// Names of the objects that start as toon.
     pub toons: Vec<&'static str>,
     pub is_headless: bool,
     pub frames: u32,
@@ -102,14 +102,15 @@ impl Options {
         Ok(Some(options))
     }
 
-    /// The glTF file that says where the real things are.
+    /// The glTF file with the places of the real objects.
     pub(crate) fn scene_file(&self) -> PathBuf {
         let is_recorded_desk = matches!(&self.feed, Feed::Clip(folder) if *folder == asset("desk_clip"));
         let set = if is_recorded_desk { "desk/set.glb" } else { "desk/bare_set.glb" };
         self.scene.as_ref().or(self.set.as_ref()).cloned().unwrap_or_else(|| asset(set))
     }
 
-    /// Opens nothing yet that could take long, but finds out whether the feed can work, and how large its pictures are.
+    /// Returns the feed and the size of its frames. Checks that the feed exists, but opens nothing that could take
+    /// long.
     pub(crate) fn camera_feed(&self) -> Result<(CameraFeed, UVec2), Box<dyn std::error::Error>> {
         Ok(match &self.feed {
             Feed::Clip(folder) => (CameraFeed::clip(folder), Clip::open(folder)?.size),
@@ -122,7 +123,7 @@ impl Options {
         })
     }
 
-    /// The intrinsics that the command line gives.
+    /// The intrinsics given on the command line, if any.
     pub(crate) fn intrinsics(&self, size: UVec2) -> Option<Intrinsics> {
         self.lens.as_ref().map(|lens| match *lens {
             Lens::Intrinsics([fx, fy, cx, cy]) => {
@@ -143,7 +144,7 @@ fn device_feed(_: u32) -> Result<CameraFeed, &'static str> {
     Err("this program was built without webcams; build it with `--features egui,webcam`")
 }
 
-/// A file of the package, wherever the program is started by cargo.
+/// Path of an asset of the package, independent of the folder in which cargo runs the program.
 fn asset(name: &str) -> PathBuf {
     let package = std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(PathBuf::new, PathBuf::from);
     package.join("assets").join(Path::new(name))

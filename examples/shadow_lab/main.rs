@@ -1,9 +1,12 @@
-//! Toy cars drive in a corner of two walls, under a sky whose lamp can be moved; every setting of the dome is in a panel.
+//! Toy cars in a corner of two walls, under a sky with a movable lamp. A panel has all settings of the shadow dome.
 //!
 //! `cargo run --features egui --example shadow_lab`, or without a window
-//! `cargo run --features egui --example shadow_lab -- --headless --frames 8 --out shadow_lab --directions 64 --filter gauss`.
+//! ```text
+//! cargo run --features egui --example shadow_lab -- \
+//!     --headless --frames 8 --out shadow_lab --directions 64 --filter gauss
+//! ```
 //!
-//! All is virtual: no marker, no ball, no camera picture. The scene is the one in which Kunze (2006) compared shadows.
+//! Everything is virtual: there is no marker, no ball and no camera. In this scene Kunze (2006) compared shadows.
 
 mod options;
 mod panel;
@@ -30,26 +33,26 @@ use options::Options;
 use std::f32::consts::TAU;
 use window_log::window_log;
 
-/// Width of the sky's picture, and edge of the cube made of it.
+/// Width of the sky's equirectangular image in pixels.
 const SKY_WIDTH: u32 = 256;
-/// Seconds from frame to frame without a window, and frames from picture to picture: shadow maps need some to follow.
+/// Seconds per frame without a window, and frames per image: shadow maps need several frames to catch up.
 const HEADLESS_STEP: f32 = 1.0 / 30.0;
 const FRAMES_A_PICTURE: u32 = 6;
-/// In so many frames roles, materials, light and first shadow maps are there.
+/// Number of frames after which roles, materials, light and the first shadow maps exist.
 const WARM_UP_FRAMES: u32 = 6;
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
-/// The lamp in the sky and the cars' time.
+/// State of the lamp in the sky and of the cars.
 #[derive(Resource, Clone, Debug, PartialEq)]
 struct Lab {
-    /// Radians around the vertical, and above the horizon.
+    /// Angles around the vertical and above the horizon, in radians.
     azimuth: f32,
     elevation: f32,
-    /// Half of the angle at which the lamp is seen, in radians.
+    /// Angular radius of the lamp, in radians.
     radius: f32,
-    /// Irradiance of a surface that faces the lamp ÷ that of the sky around it on the floor.
+    /// Irradiance of a surface that faces the lamp, divided by the irradiance of the floor by the sky.
     strength: f32,
-    /// Seconds since the cars have started, and how fast they pass.
+    /// Seconds since the cars have started, and the speed at which this time passes.
     time: f32,
     speed: f32,
 }
@@ -61,14 +64,14 @@ impl Default for Lab {
 }
 
 impl Lab {
-    /// Towards the lamp.
+    /// Direction to the lamp.
     fn direction(&self) -> Vec3 {
         let (sin, cos) = self.elevation.sin_cos();
         Vec3::new(cos * self.azimuth.cos(), sin, cos * self.azimuth.sin())
     }
 }
 
-/// Which way a car goes around: radius in metres, radians per second, radians at the start.
+/// Circular path of a car: radius in meters, speed in radians per second, start in radians.
 #[derive(Component, Clone, Copy)]
 struct Drives {
     radius: f32,
@@ -137,7 +140,7 @@ fn add_scene(app: &mut App, dome: &ShadowDomeLight) {
     let mut add = Builder(world);
     let (floor, wall) = (Color::srgb(0.75, 0.72, 0.68), Color::srgb(0.8, 0.8, 0.78));
     let ground = add.part(Plane3d::default().mesh().size(3.4, 3.4), Vec3::ZERO, floor);
-    // It is below everything that receives.
+    // It lies below all receivers.
     add.0.entity_mut(ground).insert(NotShadowCaster);
     add.part(Cuboid::new(3.0, 1.0, 0.08), Vec3::new(0.0, 0.5, -1.44), wall);
     add.part(Cuboid::new(0.08, 1.0, 2.8), Vec3::new(-1.46, 0.5, 0.0), wall);
@@ -157,7 +160,7 @@ fn add_scene(app: &mut App, dome: &ShadowDomeLight) {
     }
 }
 
-/// Spawns things of one color.
+/// Spawns objects with one color each.
 struct Builder<'w>(&'w mut World);
 
 impl Builder<'_> {
@@ -168,7 +171,7 @@ impl Builder<'_> {
         self.0.spawn((Mesh3d(mesh), MeshMaterial3d(material), Transform::from_translation(place))).id()
     }
 
-    /// A toy car, 36 cm long, that looks along +X.
+    /// Spawns a toy car, 36 cm long, that faces +X.
     fn car(&mut self, paint: Color) -> Entity {
         let car = self.0.spawn((Transform::default(), Visibility::default())).id();
         let glass = Color::srgb(0.12, 0.14, 0.18);
@@ -192,15 +195,15 @@ fn drive(lab: Res<Lab>, mut cars: Query<(&Drives, &mut Transform)>) {
     for (Drives { radius, turn, start }, mut transform) in &mut cars {
         let angle = start + turn * lab.time;
         let place = radius * Vec3::new(angle.cos(), 0.0, angle.sin());
-        // A quarter turn on from the way out.
+        // The tangent is a quarter turn from the radius.
         let heading = -angle - turn.signum() * 0.25 * TAU;
         let now = Transform::from_translation(place).with_rotation(Quat::from_rotation_y(heading));
-        // Cars that stand still leave their shadow maps alone.
+        // An unchanged transform does not trigger new shadow maps.
         transform.set_if_neq(now);
     }
 }
 
-/// Paints the sky anew when the lamp has moved.
+/// Repaints the sky when the lamp has changed.
 fn light_up(
     mut commands: Commands,
     lab: Res<Lab>,
@@ -221,7 +224,7 @@ fn light_up(
         commands.entity(old).despawn();
     }
     commands.spawn(EnvironmentCube(cube.clone()));
-    // What the plugin for lighting would find in a measured map.
+    // The light that `LightingPlugin` would detect in a measured map.
     commands.spawn(RealLight {
         id: 0,
         direction: lamp.direction(),
@@ -238,7 +241,7 @@ fn light_up(
 fn sky(lamp: &Lab) -> EquirectPixels {
     let towards_lamp = lamp.direction();
     let size = UVec2::new(SKY_WIDTH, SKY_WIDTH / 2);
-    // A disc with a soft edge, as wide as the sky's pixels can show it.
+    // A disc with a soft edge of one pixel, and at least that radius.
     let edge = TAU / SKY_WIDTH as f32;
     let radius = lamp.radius.max(edge);
     let on_disc = 0.35 * lamp.strength / (radius * radius);

@@ -5,7 +5,7 @@ use bevy::math::UVec2;
 use bevy_mirrorball::shadows::{DomeCoverage, ShadowDomeLight, ShadowFilter, VisibilitySamples};
 use std::path::PathBuf;
 
-/// What the command line calls filters.
+/// Filters by their names on the command line.
 pub(crate) const FILTERS: [(&str, ShadowFilter); 7] = [
     ("nearest", ShadowFilter::Nearest),
     ("bilinear", ShadowFilter::Bilinear),
@@ -34,7 +34,7 @@ pub(crate) struct Options {
     pub dome: ShadowDomeLight,
 }
 
-/// A value by its name on the command line.
+/// Returns the value with the given name on the command line.
 fn named<T: Copy>(values: &[(&str, T)], option: &str, name: &str) -> Result<T, String> {
     let names: Vec<_> = values.iter().map(|(name, _)| *name).collect();
     let found = values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);

@@ -42,14 +42,14 @@ pub(crate) fn draw_panel(
     dome.set_if_neq(settings);
 }
 
-/// One line per field.
+/// Draws one line per field of the dome.
 fn draw_dome(ui: &mut egui::Ui, dome: &mut ShadowDomeLight) {
     let most = ShadowDomeLight::MAX_DIRECTIONS;
     ui.add(egui::Slider::new(&mut dome.directions, 1..=most).logarithmic(true).text("directions"));
     ui.add(egui::Slider::new(&mut dome.key_lights, 0..=ShadowDomeLight::MAX_KEY_LIGHTS).text("key lights"));
     choose(ui, "coverage", &COVERAGES, &mut dome.coverage);
     choose(ui, "resolution", &RESOLUTIONS, &mut dome.resolution);
-    // The width of a soft filter has a slider of its own.
+    // The radius of the soft filter has a slider of its own.
     let mut filter = if let ShadowFilter::Pcss { .. } = dome.filter { SOFT_FILTER } else { dome.filter };
     choose(ui, "filter", &FILTERS, &mut filter);
     if std::mem::discriminant(&filter) != std::mem::discriminant(&dome.filter) {
@@ -63,7 +63,7 @@ fn draw_dome(ui: &mut egui::Ui, dome: &mut ShadowDomeLight) {
     ui.add(egui::Slider::new(&mut dome.dim_share, 0.0..=0.2).text("share of dim directions"));
 }
 
-/// A box with names.
+/// Draws a combo box of named values.
 fn choose<T: Copy + PartialEq>(ui: &mut egui::Ui, label: &str, values: &[(&str, T)], chosen: &mut T) {
     let current = values.iter().find(|(_, value)| value == chosen);
     egui::ComboBox::from_label(label).selected_text(current.map_or("other", |(name, _)| *name)).show_ui(ui, |ui| {
