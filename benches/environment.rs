@@ -1,14 +1,20 @@
-//! Live environments against Bevy's `GeneratedEnvironmentMapLight`: time and truth, on the same sources in one process.
+//! Benchmark of live environments against Bevy's `GeneratedEnvironmentMapLight`: time and error, on the same sources in
+//! one process.
 //!
 //! `cargo bench --profile dev --features egui,webcam --bench environment -- --csv environment.csv`
 //!
-//! In the development profile, so that what `cargo test` has built is used: all measured work is the graphics driver's.
-//! The columns are `map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam`. Rows with mip `all`
-//! are what a frame without cameras takes longer than one in which nothing is filtered (ratio = Bevy ÷ ours),
-//! alternating in blocks; with the map `picture` ours is the whole way from a camera's picture, against the generator
-//! at 256². The others are errors relative to the sums that each filter approximates, and steps across cube edges
-//! relative to the true ones there, of the diffuse map and by perceptual roughness. `--directions N` compares at 6·N²
-//! directions (defaults to 16, 0 leaves that out), `--blocks N` measures that many pairs of blocks (0: none).
+//! It runs in the development profile, so that the build of `cargo test` is reused: all measured work is done by the
+//! graphics driver. The columns are `map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam`.
+//!
+//! Rows with mip `all` have times: how much longer a frame without cameras takes than one in which nothing is filtered
+//! (ratio = Bevy ÷ ours), measured in alternating blocks. In the row with map `picture`, ours is the whole path from a
+//! camera's frame to the filtered maps, compared with Bevy's generator at 256².
+//!
+//! The other rows have errors, of the diffuse map and by perceptual roughness: the error relative to the sum that each
+//! filter approximates, and the steps across cube edges relative to the true ones there.
+//!
+//! `--directions N` compares at 6·N² directions (defaults to 16; 0 leaves the errors out), `--blocks N` measures that
+//! many pairs of blocks (0: none).
 
 #[path = "../tests/environment/filter_truth.rs"]
 mod filter_truth;
@@ -36,10 +42,10 @@ use filter_truth::{ROUGHNESSES, Truth, brightest, relative_rmse, seam};
 use std::{fmt::Write, path::PathBuf, sync::Arc, time::Instant};
 
 const SIZES: [usize; 2] = [128, 256];
-/// Frames before anything counts, and frames in a block.
+/// Number of frames before the measurement, and in a block.
 const WARM_UP: usize = 6;
 const BLOCK: usize = 6;
-/// Real rooms, where the checkout has them.
+/// Measured rooms, used if their files exist.
 const ROOMS: [(&str, &str); 6] = [
     ("lebombo", "lebombo_1k.hdr"),
     ("studio_small_03", "studio_small_03_1k.hdr"),
@@ -68,7 +74,7 @@ impl Options {
                 Long("csv") => options.csv = Some(parser.value()?.into()),
                 Long("directions") => options.directions = parser.value()?.parse()?,
                 Long("blocks") => options.blocks = parser.value()?.parse()?,
-                // Cargo says so to every benchmark.
+                // Cargo passes this to every benchmark.
                 Long("bench") => (),
                 other => return Err(other.unexpected().into()),
             }
@@ -77,7 +83,7 @@ impl Options {
     }
 }
 
-/// An app without cameras in which `light` makes Bevy or us filter the cube every frame.
+/// Builds an app without cameras in which `light` makes Bevy or this crate filter the cube in every frame.
 fn app<B: Bundle>(edge: usize, texels: &[DVec3], light: impl FnOnce(Handle<Image>) -> B) -> Outcome<(App, Entity)> {
     let mut app = headless::build_app(headless::default_plugins(), |app| {
         app.add_plugins(PrefilterPlugin);
@@ -90,8 +96,8 @@ fn app<B: Bundle>(edge: usize, texels: &[DVec3], light: impl FnOnce(Handle<Image
     Ok((app, entity))
 }
 
-/// An app in which every frame brings a new 640 × 480 picture of a ball 100 pixels wide: picture → cube → filtered
-/// maps.
+/// The whole path from frame to cube to filtered maps: every update brings a new 640 × 480 frame of a ball 100 pixels
+/// wide.
 struct WholePath {
     app: App,
     camera: Entity,
@@ -127,7 +133,7 @@ impl WholePath {
     }
 }
 
-/// One frame, until the GPU has finished it; in milliseconds.
+/// Renders one frame and returns the time until the GPU has finished it, in milliseconds.
 fn frame(app: &mut App) -> f64 {
     let started = Instant::now();
     app.update();
@@ -163,11 +169,11 @@ fn main() -> Outcome<()> {
         let (mut ours, _) = app(size, &texels, LiveEnvironment::new)?;
         let (mut bevy, _) =
             app(size, &texels, |environment_map| GeneratedEnvironmentMapLight { environment_map, ..default() })?;
-        // What a frame costs in which nothing is filtered; part of both.
+        // A frame in which nothing is filtered: its cost is part of both times.
         let (mut idle, _) = app(size, &texels, |source| LiveEnvironment::new(source).with_refresh(Refresh::OnRequest))?;
         let (mut ours_ms, mut bevy_ms, mut idle_ms) = (Vec::new(), Vec::new(), Vec::new());
         for block in 0..2 * options.blocks {
-            // ABBA: neither always runs on the warmer machine.
+            // In the order ABBA, so that neither always runs on the warmer machine.
             let (times, app) = if block % 4 % 3 == 0 { (&mut ours_ms, &mut ours) } else { (&mut bevy_ms, &mut bevy) };
             times.extend((0..BLOCK).map(|_| frame(app)));
             idle_ms.extend((0..BLOCK).map(|_| frame(&mut idle)));
@@ -222,7 +228,7 @@ fn compare(name: &str, size: usize, radiance: Radiance, options: &Options, csv: 
     for k in 0..ours.len() {
         let mip = k.checked_sub(1).map_or("diffuse".to_owned(), |k| ROUGHNESSES[k].to_string());
         let errors = [relative_rmse(&ours[k], &truth.ours[k]), relative_rmse(&bevy[k], &truth.bevy[k])];
-        // A map without steps has no ratio of them.
+        // A map without steps has no ratio of steps.
         let seam_ratio =
             |got: &[DVec3], truth: &[DVec3]| if seam(truth) > 1e-6 { seam(got) / seam(truth) } else { 1.0 + seam(got) };
         let seams = [seam_ratio(&ours[k], &truth.ours[k]), seam_ratio(&bevy[k], &truth.bevy[k])];

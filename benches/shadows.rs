@@ -1,16 +1,20 @@
-//! Added frame time of a shadow dome against what the engine offers, on the same scene in one process.
+//! Benchmark of the frame time that a shadow dome adds, against the shadows of the engine, on the same scene in one
+//! process.
 //!
 //! `cargo bench --profile dev --features egui,webcam --bench shadows -- --csv shadows.csv`
 //!
-//! In the development profile, so that what `cargo test` has built is used: all measured work is the graphics driver's.
-//! The columns are `case,directions,casters,triangles,width,height,k,ours_ms,peer,peer_ms,ratio,device`. Times are what
-//! a frame takes longer than the same frame without shadows (medians of alternating blocks), ratio = ours ÷ peer; rows
-//! with peer `none` have whole frames instead. A case is `static` or `moving` (every caster turns in every frame), with
-//! what `VisibilitySamples` are used, and `k` is the number of directions drawn again per moving frame.
+//! It runs in the development profile, so that the build of `cargo test` is reused: all measured work is done by the
+//! graphics driver. The columns are
+//! `case,directions,casters,triangles,width,height,k,ours_ms,peer,peer_ms,ratio,device`.
 //!
-//! `--triangles 1000,20000,200000` and `--directions 16,64,256` choose what is measured, `--size 640x360` the picture,
-//! `--blocks N` how often blocks alternate, `--peers directional_2,ssao` the peers, `--samples interleaved,half` what
-//! is summed up where, `--key-lights N` how many places for key lights the dome has, all of them free.
+//! Times are how much longer a frame takes than the same frame without shadows (medians of alternating blocks); ratio =
+//! ours ÷ peer. Rows with peer `none` have the times of whole frames instead. A case is `static` or `moving` (every
+//! caster turns in every frame), followed by the `VisibilitySamples` in use; `k` is the number of directions that are
+//! redrawn in a moving frame.
+//!
+//! `--triangles 1000,20000,200000`, `--directions 16,64,256` and `--samples interleaved,half` choose the cases,
+//! `--peers directional_2,ssao` the peers, `--size 640x360` the size of the image, `--blocks N` the number of
+//! alternations, and `--key-lights N` the number of slots for key lights in the dome, all of which stay free.
 
 use bevy::{
     camera::Exposure,
@@ -26,19 +30,19 @@ use bevy::{
 };
 use bevy_mirrorball::{
     environment_map::CubePixels,
-    headless,
     materials::MaterialsPlugin,
+    headless,
     phantom::PhantomPlugin,
     prelude::*,
     shadows::{ShadowsPlugin, VisibilitySamples},
 };
 use std::{collections::BTreeMap, fmt::Write, path::PathBuf, str::FromStr, time::Instant};
 
-/// Frames before anything counts, and frames in a block.
+/// Number of frames before the measurement, and in a block.
 const WARM_UP: usize = 5;
 const BLOCK: usize = 3;
 const CASTERS: u32 = 20;
-/// Directions drawn again in a moving frame.
+/// Number of directions that are redrawn in a moving frame.
 const REFRESHED: u32 = 16;
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
@@ -79,7 +83,7 @@ impl FromStr for Samples {
     }
 }
 
-/// What throws the shadows.
+/// The source of the shadows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Method {
     None,
@@ -148,7 +152,7 @@ impl Options {
                     options.size = UVec2::new(width.parse()?, height.parse()?);
                 }
                 Long("blocks") => options.blocks = parser.value()?.parse::<usize>()?.max(1),
-                // Cargo says so to every benchmark.
+                // Cargo passes this to every benchmark.
                 Long("bench") => (),
                 other => return Err(other.unexpected().into()),
             }
@@ -161,13 +165,13 @@ fn list<T: FromStr<Err: std::error::Error + 'static>>(text: &str) -> Outcome<Vec
     Ok(text.split(',').map(str::parse).collect::<Result<_, _>>()?)
 }
 
-/// A ball of about this many triangles.
+/// Returns a sphere of about this many triangles.
 fn ball(triangles: u32) -> Mesh {
     let sectors = (triangles as f32).sqrt().round().max(4.0) as u32;
     Sphere::new(0.15).mesh().uv(sectors, (triangles / (2 * sectors)).max(2) + 1)
 }
 
-/// The scene in which one method throws the shadows.
+/// The scene with the shadows of one method.
 struct Stage {
     app: App,
     casters: Vec<Entity>,
@@ -211,41 +215,7 @@ impl Stage {
             world.spawn((Mesh3d(mesh.clone()), MeshMaterial3d(white.clone()), Transform::from_translation(place))).id()
         });
         let casters = casters.collect();
-        let towards = |i: u32| Vec3::new((i as f32 * 2.4).cos(), 1.0 + 0.05 * i as f32, (i as f32 * 2.4).sin());
-        match method {
-            Method::None => (),
-            Method::Dome(directions, samples) => {
-                world.spawn(ShadowDomeLight {
-                    directions,
-                    samples: samples.of_dome(),
-                    key_lights: options.key_lights,
-                    refreshed_per_frame: REFRESHED,
-                    ..default()
-                });
-            }
-            Method::Directional(count) => {
-                for i in 0..count {
-                    let light = DirectionalLight { illuminance: 100.0, shadow_maps_enabled: true, ..default() };
-                    world.spawn((light, Transform::from_translation(towards(i)).looking_at(Vec3::ZERO, Vec3::Y)));
-                }
-            }
-            Method::Spot(count) => {
-                for i in 0..count {
-                    let light = SpotLight {
-                        intensity: 1e5,
-                        range: 30.0,
-                        outer_angle: 0.3,
-                        shadow_maps_enabled: true,
-                        ..default()
-                    };
-                    let place = 8.0 * towards(i).normalize();
-                    world.spawn((light, Transform::from_translation(place).looking_at(Vec3::ZERO, Vec3::Y)));
-                }
-            }
-            Method::Ssao => {
-                world.entity_mut(camera).insert(ScreenSpaceAmbientOcclusion::default());
-            }
-        }
+        spawn_method(world, camera, method, options);
         let mut stage = Self { app, casters, triangles, turned: 0.0 };
         (0..WARM_UP).for_each(|_| {
             stage.frame(true);
@@ -253,7 +223,7 @@ impl Stage {
         Ok(stage)
     }
 
-    /// One frame, until the GPU has finished it; in milliseconds.
+    /// Renders one frame and returns the time until the GPU has finished it, in milliseconds.
     fn frame(&mut self, is_moving: bool) -> f64 {
         if is_moving {
             self.turned += 0.05;
@@ -265,9 +235,43 @@ impl Stage {
         }
         let started = Instant::now();
         self.app.update();
-        // A device that is lost answers nothing, and the next frame says so.
+        // A lost device does not respond; the next frame reports it.
         let _ = self.app.sub_app(RenderApp).world().resource::<RenderDevice>().poll(PollType::wait_indefinitely());
         started.elapsed().as_secs_f64() * 1e3
+    }
+}
+
+/// Adds the lights or settings of a method to the scene.
+fn spawn_method(world: &mut World, camera: Entity, method: Method, options: &Options) {
+    let towards = |i: u32| Vec3::new((i as f32 * 2.4).cos(), 1.0 + 0.05 * i as f32, (i as f32 * 2.4).sin());
+    match method {
+        Method::None => (),
+        Method::Dome(directions, samples) => {
+            world.spawn(ShadowDomeLight {
+                directions,
+                samples: samples.of_dome(),
+                key_lights: options.key_lights,
+                refreshed_per_frame: REFRESHED,
+                ..default()
+            });
+        }
+        Method::Directional(count) => {
+            for i in 0..count {
+                let light = DirectionalLight { illuminance: 100.0, shadow_maps_enabled: true, ..default() };
+                world.spawn((light, Transform::from_translation(towards(i)).looking_at(Vec3::ZERO, Vec3::Y)));
+            }
+        }
+        Method::Spot(count) => {
+            for i in 0..count {
+                let light =
+                    SpotLight { intensity: 1e5, range: 30.0, outer_angle: 0.3, shadow_maps_enabled: true, ..default() };
+                let place = 8.0 * towards(i).normalize();
+                world.spawn((light, Transform::from_translation(place).looking_at(Vec3::ZERO, Vec3::Y)));
+            }
+        }
+        Method::Ssao => {
+            world.entity_mut(camera).insert(ScreenSpaceAmbientOcclusion::default());
+        }
     }
 }
 
@@ -295,12 +299,12 @@ fn main() -> Outcome<()> {
         }
         for block in 0..2 * options.blocks {
             for is_moving in [false, true] {
-                // Forth and back, so that none always runs on the warmer machine.
+                // In alternating order, so that no method always runs on the warmer machine.
                 let order: Vec<usize> =
                     if block % 2 == 0 { (0..stages.len()).collect() } else { (0..stages.len()).rev().collect() };
                 for i in order {
                     let (method, stage) = &mut stages[i];
-                    // The last shadow maps of what has moved, before a block in which nothing moves.
+                    // Before a static block, the shadow maps that are outdated by movement are redrawn.
                     (0..if is_moving { 0 } else { 256 / REFRESHED as usize + 1 }).for_each(|_| {
                         if matches!(method, Method::Dome(..)) {
                             stage.frame(false);
@@ -329,13 +333,11 @@ fn main() -> Outcome<()> {
                     };
                     let (peer, ratio) = (peer.name(), ours / theirs);
                     println!(
-                        "{case}, {triangles} triangles: dome of {directions} {ours:.1} ms, {peer} {theirs:.1} ms, \
-                         ratio {ratio:.3}"
+                        "{case}, {triangles} triangles: dome of {directions} {ours:.1} ms, {peer} {theirs:.1} ms, ratio {ratio:.3}"
                     );
                     writeln!(
                         csv,
-                        "{case},{directions},{CASTERS},{triangles},{width},{height},{k},{ours:.3},{peer},\
-                         {theirs:.3},{ratio:.4},{device}"
+                        "{case},{directions},{CASTERS},{triangles},{width},{height},{k},{ours:.3},{peer},{theirs:.3},{ratio:.4},{device}"
                     )?;
                 }
             }

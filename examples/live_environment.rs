@@ -1,4 +1,4 @@
-//! An animated sky lights spheres of different roughness, without marker, ball or camera picture.
+//! Spheres of different roughness, lit by an animated sky, without marker, ball or camera.
 //!
 //! `cargo run --example live_environment`, or without a window
 //! `cargo run --example live_environment -- --headless --frames 8 --out sky`.
@@ -17,16 +17,16 @@ use bevy_mirrorball::{
 };
 use std::path::PathBuf;
 
-/// Width of the sky's equirectangular picture.
+/// Width of the sky's equirectangular image in pixels.
 const SKY_WIDTH: u32 = 128;
 const PICTURE: UVec2 = UVec2::new(480, 240);
-/// Seconds from one sunrise to the next, and between two headless pictures.
+/// Seconds from one sunrise to the next, and between two headless images.
 const DAY: f32 = 16.0;
 const HEADLESS_STEP: f32 = 1.0;
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
-/// The picture of the sky, and its time in seconds.
+/// The image of the sky, and its time in seconds.
 #[derive(Resource)]
 struct Sky {
     picture: Handle<Image>,
@@ -68,7 +68,7 @@ fn draw_to_files(frames: u32, out: &std::path::Path) -> Outcome<()> {
     headless::settle(&mut app)?;
     for frame in 0..frames {
         app.world_mut().resource_mut::<Sky>().time = frame as f32 * HEADLESS_STEP;
-        // The sky reaches the renderer, its cube, and the light.
+        // One frame each until the sky has reached the renderer, its cube and the light.
         for _ in 0..3 {
             headless::update(&mut app)?;
         }
@@ -91,9 +91,9 @@ fn camera(world: &World) -> impl Bundle + use<> {
     )
 }
 
-/// Two rows of spheres, smooth to rough from left to right; metal in the back row, plastic in front.
+/// Adds two rows of spheres, smooth to rough from left to right: metal in the back row, plastic in front.
 fn add_scene(app: &mut App) {
-    // The color of the air at the horizon, roughly.
+    // Approximately the color of the air at the horizon.
     let air = ClearColor(Color::linear_rgb(0.35, 0.5, 0.8));
     app.add_plugins(PrefilterPlugin).insert_resource(air).add_systems(Update, paint_sky);
     let world = app.world_mut();
@@ -118,7 +118,7 @@ fn add_scene(app: &mut App) {
     }
 }
 
-/// Paints a sky whose sun goes round; the change of the image makes its light follow.
+/// Paints a sky with a circling sun. The lighting follows because the image changes.
 fn paint_sky(sky: Res<Sky>, mut images: ResMut<Assets<Image>>) {
     if !sky.is_changed() {
         return;

@@ -1,21 +1,27 @@
-//! The lights of a recorded desk as arrows with labels, without and with the recovery of clipped light, side by side.
+//! The lights detected on a recorded desk as labeled arrows, without and with the recovery of clipped light, side by
+//! side.
 //!
 //! ```text
 //! cargo run --example real_lights -- --picture 20 --out real_lights.png
 //! ```
-//! Left, clipped light counts as white; right, its energy is recovered from what stands on the desk. An arrow shows
-//! where a light shines to, in its color; its length grows with its part of all light. A label has the light's number,
-//! its part of all light in percent and its elevation in degrees. Needs no window; renders on software Vulkan too.
+//! On the left, clipped light counts as white; on the right, its energy is recovered from the objects on the desk. Each
+//! arrow points in the direction in which a light shines and has the light's color; its length grows with the light's
+//! fraction of all light. The label shows the light's number, its fraction of all light in percent and its elevation in
+//! degrees. Needs no window; renders on software Vulkan too.
+
+#[path = "support/rgb_image.rs"]
+mod rgb_image;
 
 use bevy::{asset::RecursiveDependencyLoadState, light::NotShadowCaster, prelude::*};
 use bevy_mirrorball::{
-    headless,
     lighting::{RealLight, RecoveredLight},
+    headless,
     prelude::*,
     probe::ClipRecovery,
     tracking::MarkerTracking,
 };
 use lexopt::prelude::*;
+use rgb_image::rgb_image;
 use std::{
     path::PathBuf,
     process::ExitCode,
@@ -32,12 +38,12 @@ usage: real_lights [--picture N] [--out FILE]
   --picture N   picture of assets/desk_clip, 0 to 59 [20]
   --out FILE    where the picture goes (PNG) [real_lights.png]
 ";
-/// Size and intrinsics of the recorded pictures.
+/// Size and focal length of the recorded frames, in pixels.
 const SIZE: UVec2 = UVec2::new(640, 480);
 const FOCAL: f32 = 601.832_46;
-/// To wait for assets and shaders.
-const PATIENCE: Duration = Duration::from_secs(120);
-/// Where the arrows point to, in the marker's frame, metres.
+/// Longest wait for assets and shaders.
+const MAX_WAIT: Duration = Duration::from_secs(120);
+/// Point at which the arrows point, in the marker's frame of reference, in meters.
 const TARGET: Vec3 = Vec3::new(-0.02, 0.02, -0.01);
 
 fn main() -> ExitCode {
@@ -98,7 +104,7 @@ fn draw(picture: u32, is_enabled: bool) -> Outcome<image::RgbImage> {
     while !is_ready(&mut app, &scene, is_enabled)? {
         headless::update(&mut app)?;
         std::thread::sleep(Duration::from_millis(1));
-        if started.elapsed() > PATIENCE {
+        if started.elapsed() > MAX_WAIT {
             return Err("the lights were not found: is the marker in the picture?".into());
         }
     }
@@ -107,14 +113,12 @@ fn draw(picture: u32, is_enabled: bool) -> Outcome<image::RgbImage> {
     }
     headless::settle(&mut app)?;
     let pixels = headless::read_texture(&mut app, &texture)?;
-    let rgb = pixels.chunks_exact(4).flat_map(|p| &p[..3]).copied().collect();
-    let mut picture =
-        image::RgbImage::from_raw(SIZE.x, SIZE.y, rgb).ok_or("the picture came back in the wrong size")?;
+    let mut picture = rgb_image(SIZE, &pixels)?;
     write_labels(&mut app, &mut picture, intrinsics);
     Ok(picture)
 }
 
-/// Whether the scene is there and its lights are found. Switches the recovery as wanted.
+/// Switches the recovery on or off, and returns whether the scene is loaded and its lights are detected.
 fn is_ready(app: &mut App, scene: &Handle<WorldAsset>, is_enabled: bool) -> Outcome<bool> {
     let assets = app.world().resource::<AssetServer>().clone();
     if let Some(RecursiveDependencyLoadState::Failed(error)) = assets.get_recursive_dependency_load_state(scene) {
@@ -191,8 +195,7 @@ fn write_labels(app: &mut App, picture: &mut image::RgbImage, intrinsics: Intrin
         let elevation = light.direction.y.asin().to_degrees();
         let azimuth = light.direction.x.atan2(-light.direction.z).to_degrees();
         println!(
-            "  light {}: elevation {elevation:.1}°, azimuth {azimuth:.1}° (from -Z to +X), {}, radius {:.1}°, {:.1} % \
-             of all light",
+            "  light {}: elevation {elevation:.1}°, azimuth {azimuth:.1}° (from -Z to +X), {}, radius {:.1}°, {:.1} % of all light",
             light.id,
             light.position.map_or("far away".into(), |position| format!("{:.1} m away", position.distance(TARGET))),
             light.angular_radius.to_degrees(),
@@ -215,7 +218,7 @@ fn write_labels(app: &mut App, picture: &mut image::RgbImage, intrinsics: Intrin
     }
 }
 
-/// Digits and signs, three by five dots each, rows from the top with the leftmost dot highest.
+/// Digits and signs of 3 × 5 dots: rows from top to bottom; the highest of three bits is the leftmost dot.
 const FONT: [(char, [u8; 5]); 14] = [
     ('0', [7, 5, 5, 5, 7]),
     ('1', [2, 6, 2, 2, 7]),

@@ -1,31 +1,41 @@
-//! Puts virtual objects into a photograph: marker → camera pose, mirrored ball → light, dome → shadows.
+//! Composites virtual objects into a photograph: camera pose from the marker, light from the mirrored ball, shadows
+//! from the dome.
 //!
 //! ```text
 //! cargo run --example composite -- --frame photo.png --intrinsics FX,FY,CX,CY --scene desk.glb --out out.png
 //! ```
 //! Run with `--help` for all options. Needs no window; renders on software Vulkan too.
 
+#[path = "../support/headless_log.rs"]
+mod headless_log;
+#[path = "../support/loading_error.rs"]
+mod loading_error;
 mod options;
+#[path = "../support/parse_intrinsics.rs"]
+mod parse_intrinsics;
 mod report;
+#[path = "../support/rgb_image.rs"]
+mod rgb_image;
 
 use bevy::{
-    asset::{AssetPlugin, LoadState, RecursiveDependencyLoadState, UnapprovedPathMode},
-    log::LogPlugin,
+    asset::{AssetPlugin, UnapprovedPathMode},
     prelude::*,
     render::diagnostic::RenderDiagnosticsPlugin,
 };
 use bevy_mirrorball::{
     authoring,
     camera::FramePixels,
-    environment_map::CubePixels,
-    environment_map::EnvironmentCube,
+    environment_map::{CubePixels, EnvironmentCube},
     headless::{self, HeadlessError},
     prelude::*,
     probe::{ClipRecovery, ProbeMeasurement, UniformSky},
     tracking::{MarkerState, MarkerTracking},
 };
+use headless_log::headless_log;
+use loading_error::loading_error;
 use options::{Options, USAGE};
 use report::Stopwatch;
+use rgb_image::rgb_image;
 use std::{
     path::Path,
     process::ExitCode,
@@ -52,9 +62,9 @@ fn main() -> ExitCode {
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
-/// To wait for the scene's assets.
-const PATIENCE: Duration = Duration::from_secs(60);
-/// Frames after the shaders have loaded within which the ball has been unwrapped.
+/// Longest wait for the scene's assets.
+const MAX_WAIT: Duration = Duration::from_secs(60);
+/// Largest number of frames, after the shaders have loaded, until the ball is unwrapped.
 const MAX_MEASURING_FRAMES: u32 = 8;
 /// Width of the dumped environment in pixels.
 const ENVIRONMENT_WIDTH: u32 = 1024;
@@ -70,7 +80,7 @@ fn composite(options: &Options) -> Outcome<()> {
     let size = frame.size;
     let mut app = build_app(options)?;
     let (picture, target) = headless::add_target(&mut app, size);
-    // Bevy would draw every frame while the scene loads.
+    // An active camera would render every frame while the scene loads.
     let camera = Camera { is_active: false, ..default() };
     let intrinsics = options.intrinsics_of(size);
     let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
@@ -100,8 +110,7 @@ fn composite(options: &Options) -> Outcome<()> {
     let started = Instant::now();
     let pixels = headless::read_texture(&mut app, &picture)?;
     steps.note("render_and_read_back", started.elapsed());
-    let rgb = pixels.chunks_exact(4).flat_map(|p| &p[..3]).copied().collect();
-    let picture = image::RgbImage::from_raw(size.x, size.y, rgb).ok_or("the picture came back in the wrong size")?;
+    let picture = rgb_image(size, &pixels)?;
     let compared = options.compare.as_deref().map(|path| report::difference(&picture, path)).transpose()?;
     picture.save(&options.out).map_err(|error| format!("cannot write {}: {error}", options.out.display()))?;
 
@@ -122,9 +131,8 @@ fn build_app(options: &Options) -> Outcome<App> {
         unapproved_path_mode: UnapprovedPathMode::Deny,
         ..default()
     };
-    let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
     Ok(headless::build_app(headless::default_plugins().set(assets), |app| {
-        app.add_plugins((log, RenderDiagnosticsPlugin, MirrorballPlugins));
+        app.add_plugins((headless_log(), RenderDiagnosticsPlugin, MirrorballPlugins));
     })?)
 }
 
@@ -134,14 +142,8 @@ fn load_scene(app: &mut App, path: &Path) -> Outcome<()> {
     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(file));
     app.world_mut().spawn(WorldAssetRoot(scene.clone()));
     let mut failed = None;
-    let loaded = headless::update_until(app, "loading the scene", PATIENCE, |app| {
-        if let Some(LoadState::Failed(error)) = assets.get_load_state(&scene) {
-            failed = Some(format!("cannot load {}: {error}", path.display()));
-        } else if let Some(RecursiveDependencyLoadState::Failed(error)) =
-            assets.get_recursive_dependency_load_state(&scene)
-        {
-            failed = Some(format!("cannot load what {} refers to: {error}", path.display()));
-        }
+    let loaded = headless::update_until(app, "loading the scene", MAX_WAIT, |app| {
+        failed = failed.take().or_else(|| loading_error(&assets, &scene, path));
         let world = app.world_mut();
         let has_spawned = world.query::<&Mesh3d>().iter(world).next().is_some()
             || world.query::<&MarkerAnchor>().iter(world).next().is_some();
@@ -150,13 +152,13 @@ fn load_scene(app: &mut App, path: &Path) -> Outcome<()> {
     match (failed, loaded) {
         (Some(reason), _) => Err(reason.into()),
         (None, Err(HeadlessError::TooLate(..))) => {
-            Err(format!("{} did not load within {PATIENCE:?} or is empty", path.display()).into())
+            Err(format!("{} did not load within {MAX_WAIT:?} or is empty", path.display()).into())
         }
         (None, loaded) => Ok(loaded?),
     }
 }
 
-/// What the options change in the scene, and what every scene needs.
+/// Applies the options to the scene, and adds a dome if it has none.
 fn complete_scene(app: &mut App, options: &Options) {
     let world = app.world_mut();
     let domes: Vec<Entity> = world.query_filtered::<Entity, With<ShadowDomeLight>>().iter(world).collect();
@@ -189,14 +191,13 @@ fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
         .collect();
     let (scene, frame) = (options.scene.display(), options.frame.display());
     if anchors.is_empty() {
-        let extras = r#"{"MarkerAnchor": {"id": 0, "size": 0.1}, "WorldOrigin": {}}"#;
-        return Err(format!("{scene} has no MarkerAnchor: give a node the extras {extras}").into());
+        return Err(format!("{scene} has no MarkerAnchor: give a node the extras {{\"MarkerAnchor\": {{\"id\": 0, \"size\": 0.1}}, \"WorldOrigin\": {{}}}}").into());
     }
     if !anchors.iter().any(|(_, is_tracked)| *is_tracked) {
         let ids: Vec<String> = anchors.iter().map(|(id, _)| id.to_string()).collect();
         return Err(format!(
-            "no marker: tag36h11 number {} was not found in {frame}. It has to be wholly in the picture, at least 40 \
-             pixels wide, sharp, with a white margin, and evenly lit",
+            "no marker: tag36h11 number {} was not found in {frame}. It has to be wholly in the picture, at least 40 pixels \
+             wide, sharp, with a white margin, and evenly lit",
             ids.join(" or ")
         )
         .into());
@@ -208,22 +209,19 @@ fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
     }
     let probes: Vec<bool> = world.query::<&ProbeMeasurement>().iter(world).map(|probe| probe.is_in_view).collect();
     if probes.is_empty() {
-        let extras = r#"{"LightProbeSphere": {"radius": 0.05}}"#;
-        return Err(
-            format!("{scene} has no LightProbeSphere: give the node at the ball's center the extras {extras}").into()
-        );
+        return Err(format!("{scene} has no LightProbeSphere: give the node at the ball's center the extras {{\"LightProbeSphere\": {{\"radius\": 0.05}}}}").into());
     }
     if !probes.contains(&true) {
         return Err(format!(
-            "no ball: by the marker's pose the ball of {scene} lies outside {frame} or is too small in it. Check the \
-             node's position (metres, in the marker's frame), the marker's size and --intrinsics"
+            "no ball: by the marker's pose the ball of {scene} lies outside {frame} or is too small in it. Check the node's \
+             position (metres, in the marker's frame), the marker's size and --intrinsics"
         )
         .into());
     }
     Ok(())
 }
 
-/// Shaders load in the background: updates until the ball has been unwrapped, and returns the environment.
+/// Updates until the ball is unwrapped, and returns the environment. Shaders load in the background.
 fn wait_for_environment(app: &mut App) -> Outcome<CubePixels> {
     let world = app.world_mut();
     let cube = world.query::<&EnvironmentCube>().iter(world).next().ok_or("there is no environment")?.0.clone();

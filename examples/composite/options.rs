@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::parse_intrinsics::parse_intrinsics;
 use bevy::prelude::*;
 use bevy_mirrorball::{prelude::Intrinsics, probe::ClipEvidence};
 use lexopt::prelude::*;
@@ -43,7 +44,7 @@ impl Options {
         Intrinsics { focal: Vec2::new(fx, fy), center: Vec2::new(cx, cy), size }
     }
 
-    /// Reads the command line; `None` if only help was asked for.
+    /// Reads the command line. Returns `None` if help was requested.
     pub(crate) fn from_command_line() -> Result<Option<Self>, String> {
         Self::parse(lexopt::Parser::from_env()).map_err(|error| format!("{error}\n\n{USAGE}"))
     }
@@ -55,7 +56,7 @@ impl Options {
         while let Some(argument) = parser.next()? {
             match argument {
                 Long("frame") => frame = Some(PathBuf::from(parser.value()?)),
-                Long("intrinsics") => intrinsics = Some(parser.value()?.parse_with(four_numbers)?),
+                Long("intrinsics") => intrinsics = Some(parser.value()?.parse_with(parse_intrinsics)?),
                 Long("scene") => scene = Some(PathBuf::from(parser.value()?)),
                 Long("out") => out = Some(PathBuf::from(parser.value()?)),
                 Long("report") => report = Some(PathBuf::from(parser.value()?)),
@@ -91,13 +92,5 @@ fn evidence_named(name: &str) -> Result<Option<ClipEvidence>, &'static str> {
         "paper" => Ok(Some(ClipEvidence::Paper)),
         "none" => Ok(None),
         _ => Err("give desk, paper or none"),
-    }
-}
-
-fn four_numbers(text: &str) -> Result<[f32; 4], String> {
-    let numbers: Vec<f32> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
-    match <[f32; 4]>::try_from(numbers) {
-        Ok(n) if text.split(',').count() == 4 && n.iter().all(|n| n.is_finite()) && n[0] > 0.0 && n[1] > 0.0 => Ok(n),
-        _ => Err("--intrinsics takes four numbers FX,FY,CX,CY in pixels, the focal lengths above 0".to_owned()),
     }
 }

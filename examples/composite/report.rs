@@ -1,4 +1,4 @@
-//! What was found out on the way, as JSON.
+//! The report of measurements and times, as JSON.
 
 use bevy::{
     diagnostic::DiagnosticsStore,
@@ -15,7 +15,7 @@ use image::RgbImage;
 use serde_json::{Map, Value, json};
 use std::{path::Path, time::Duration};
 
-/// Milliseconds of the steps this program takes itself.
+/// Milliseconds of each step of this program.
 #[derive(Default)]
 pub(crate) struct Stopwatch(Map<String, Value>);
 
@@ -29,7 +29,7 @@ fn milliseconds(time: Duration) -> f64 {
     (time.as_secs_f64() * 1e6).round() / 1e3
 }
 
-/// How far a picture is from one in a file, in steps of 255.
+/// Compares an image with one in a file, in steps of 255.
 pub(crate) fn difference(picture: &RgbImage, path: &Path) -> Result<Value, String> {
     let other = image::open(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?.to_rgb8();
     if other.dimensions() != picture.dimensions() {
@@ -50,7 +50,7 @@ pub(crate) fn difference(picture: &RgbImage, path: &Path) -> Result<Value, Strin
     }))
 }
 
-/// Everything the app knows, as one JSON object.
+/// Returns all results as one JSON object.
 pub(crate) fn report(app: &mut App, mut steps: Stopwatch, compared: Option<Value>) -> Value {
     let world = app.world_mut();
     let tracking = world.query::<&MarkerTracking>().iter(world).find(|t| t.camera_from_marker.is_some()).cloned();

@@ -1,11 +1,11 @@
-//! A dancer of round parts, 15 cm tall, who keeps dancing.
+//! A dancing figure of round parts, 15 cm tall.
 //!
-//! Feet and hands follow simple curves in time with the beat; knees and elbows come from the lengths of the limbs.
+//! Feet and hands follow simple curves in time with the beat. Knees and elbows follow from the lengths of the limbs.
 
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
-/// How far the dance has come.
+/// Progress of the dance.
 #[derive(Resource, Default)]
 pub(crate) struct Dance {
     pub beats: f32,
@@ -14,11 +14,11 @@ pub(crate) struct Dance {
 
 const BEATS_PER_SECOND: f32 = 2.0;
 
-/// The dancer: her feet at the entity's origin, she looks along −Z.
+/// The dancer. Her feet are at the entity's origin, and she faces −Z.
 #[derive(Component)]
 pub(crate) struct Dancer;
 
-/// A part of the dancer's body; a child of the [`Dancer`].
+/// Part of the dancer's body, a child of the [`Dancer`].
 #[derive(Component, Clone, Copy)]
 pub(crate) enum Part {
     Hips,
@@ -48,7 +48,7 @@ impl Side {
     }
 }
 
-// Metres.
+// Lengths in meters.
 const UPPER_ARM: f32 = 0.031;
 const FOREARM: f32 = 0.030;
 const THIGH: f32 = 0.036;
@@ -56,7 +56,7 @@ const SHIN: f32 = 0.036;
 const HIP_HEIGHT: f32 = 0.074;
 const FOOT_HEIGHT: f32 = 0.006;
 
-/// Spawns a dancer below an entity.
+/// Spawns the parts of a dancer as children of an entity.
 pub(crate) fn spawn(dancer: &mut EntityCommands, meshes: &mut Assets<Mesh>, materials: &mut Assets<StandardMaterial>) {
     let mut paint = |color: Color, roughness: f32| {
         materials.add(StandardMaterial { base_color: color, perceptual_roughness: roughness, ..default() })
@@ -67,7 +67,7 @@ pub(crate) fn spawn(dancer: &mut EntityCommands, meshes: &mut Assets<Mesh>, mate
     let shoes = paint(Color::srgb(0.93, 0.92, 0.88), 0.25);
     let hair = paint(Color::srgb(0.16, 0.09, 0.05), 0.45);
     let ball = |radius: f32| Sphere::new(radius).mesh().uv(24, 12);
-    // A capsule's mesh is centered; limbs turn about their upper end.
+    // A capsule's mesh is centered, but limbs turn about their upper end.
     let capsule = |radius: f32, length: f32| Capsule3d::new(radius, length).mesh().longitudes(16).latitudes(8).build();
     let limb = |radius: f32, length: f32| capsule(radius, length).translated_by(Vec3::Y * -0.5 * length);
     let mut part = |part: Part, mesh: Mesh, material: &Handle<StandardMaterial>| {
@@ -110,7 +110,7 @@ pub(crate) fn dance(
     }
 }
 
-/// The dancer at one moment, in her own frame.
+/// Pose of the dancer at one moment, in her own frame of reference.
 struct Pose {
     turn: f32,
     hips: Vec3,
@@ -159,7 +159,7 @@ impl Pose {
     fn arm(&self, side: Side) -> Limb {
         let sign = side.sign();
         let shoulder = self.hips + self.lean * Vec3::new(0.0215 * sign, 0.041, 0.0);
-        // one hand up, one hand out, changing places on every beat
+        // One hand is up and one is out; they change places on every beat.
         let wave = 0.5 + 0.5 * (PI * self.beats + if side == Side::Left { 0.0 } else { PI }).sin();
         let reach = Vec3::new(sign * (0.040 - 0.012 * wave), -0.018 + 0.066 * wave, -0.018);
         Limb::bent(shoulder, shoulder + self.lean * reach, UPPER_ARM, FOREARM, Vec3::new(sign, -0.6, 0.6))
@@ -168,7 +168,7 @@ impl Pose {
     fn leg(&self, side: Side) -> Limb {
         let sign = side.sign();
         let hip = self.hips + self.lean * Vec3::new(0.0095 * sign, -0.006, 0.0);
-        // each foot taps to the side on every other beat
+        // Each foot taps to the side on every other beat.
         let tap = (PI * self.beats + if side == Side::Left { PI } else { 0.0 }).sin().max(0.0);
         let foot = Vec3::new(sign * (0.014 + 0.016 * tap), FOOT_HEIGHT + 0.014 * tap * (1.0 - tap), -0.004 * tap);
         Limb::bent(hip, foot, THIGH, SHIN, Vec3::new(0.35 * sign, 0.0, -1.0))
@@ -183,7 +183,7 @@ struct Limb {
 }
 
 impl Limb {
-    /// Reaches for a target as far as the bones go; the middle joint points to the side of `towards`.
+    /// Solves the limb for a target, as far as the bones reach. The middle joint bends in the direction `towards`.
     fn bent(start: Vec3, target: Vec3, upper: f32, lower: f32, towards: Vec3) -> Self {
         let span = target - start;
         let distance = span.length().clamp((upper - lower).abs() + 1e-4, upper + lower - 1e-4);
@@ -204,7 +204,7 @@ impl Limb {
     }
 }
 
-/// Something that hangs down from `from`, turned so that it points to `to`.
+/// Transform of an object that hangs down from its origin, placed at `from` and turned to point at `to`.
 fn hanging(from: Vec3, to: Vec3) -> Transform {
     let direction = (to - from).normalize_or(Vec3::NEG_Y);
     Transform::from_translation(from).with_rotation(Quat::from_rotation_arc(Vec3::NEG_Y, direction))

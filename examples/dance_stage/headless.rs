@@ -1,13 +1,11 @@
-//! The stage drawn to files: every picture of the feed in turn, one after the other.
+//! The stage rendered to files, one image per frame of the feed.
 
-use crate::{Outcome, Show, asset_plugin, dancer::Dance, options::Options};
+use crate::{
+    Outcome, Show, asset_plugin, dancer::Dance, headless_log::headless_log, loading_error::loading_error,
+    options::Options, rgb_image::rgb_image,
+};
 use bevy::{
-    asset::{LoadState, RecursiveDependencyLoadState},
-    diagnostic::DiagnosticsStore,
-    log::LogPlugin,
-    prelude::*,
-    render::diagnostic::RenderDiagnosticsPlugin,
-    time::TimeUpdateStrategy,
+    diagnostic::DiagnosticsStore, prelude::*, render::diagnostic::RenderDiagnosticsPlugin, time::TimeUpdateStrategy,
 };
 use bevy_mirrorball::{
     camera::{FeedState, FeedStatistics},
@@ -25,13 +23,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Frames drawn before the first picture counts, in which Bevy prepares materials and pipelines.
+/// Number of frames rendered before the first image counts, in which Bevy prepares materials and pipelines.
 const WARM_UP_FRAMES: u32 = 2;
-/// Longest wait for the scene, for a first picture and for its light.
-const PATIENCE: Duration = Duration::from_secs(60);
-/// The dance goes on by this much from picture to picture.
+/// Longest wait for the scene, and for the first frame and its light.
+const MAX_WAIT: Duration = Duration::from_secs(60);
+/// Time step of the dance from image to image.
 const STEP: Duration = Duration::from_nanos(1_000_000_000 / 15);
-/// Width of a picture in the contact sheet, and pictures in a row.
+/// Width of an image in the contact sheet in pixels, and images per row.
 const THUMBNAIL_WIDTH: u32 = 160;
 const SHEET_COLUMNS: u32 = 10;
 const EMPTY_CELL: Rgb<u8> = Rgb([32; 3]);
@@ -41,12 +39,9 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
         .map_err(|error| format!("cannot make the folder {}: {error}", options.out.display()))?;
     let (feed, size) = options.camera_feed()?;
     let feed = feed.with_pace(FeedPace::Lockstep);
-    // A software driver is what most machines without a display have; Bevy's and wgpu's notices about it help nobody
-    // here.
-    let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
     let plugins = headless::default_plugins().set(asset_plugin(options)?);
     let mut app = headless::build_app(plugins, |app| {
-        app.add_plugins((log, RenderDiagnosticsPlugin, MirrorballPlugins));
+        app.add_plugins((headless_log(), RenderDiagnosticsPlugin, MirrorballPlugins));
     })?;
     let intrinsics = options.intrinsics(size);
     let size = options.size.unwrap_or(size);
@@ -57,7 +52,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     let camera = app.world_mut().spawn((ar_camera, target, feed.clone())).id();
     warm_up(&mut app)?;
 
-    // From the first picture on, and from the first beat.
+    // The recording starts with the first frame of the feed and the first beat.
     app.insert_resource(TimeUpdateStrategy::ManualDuration(STEP)).insert_resource(Dance::default());
     app.world_mut().entity_mut(camera).insert(feed);
     let mut sheet = ContactSheet::new(size, options.frames);
@@ -94,15 +89,10 @@ fn wait_for_scene(app: &mut App, show: &Show, options: &Options) -> Outcome<()> 
     let assets = app.world().resource::<AssetServer>().clone();
     let file = options.scene_file();
     let started = Instant::now();
-    while started.elapsed() < PATIENCE {
+    while started.elapsed() < MAX_WAIT {
         headless::update(app)?;
-        if let Some(LoadState::Failed(error)) = assets.get_load_state(&show.scene) {
-            return Err(format!("cannot load {}: {error}", file.display()).into());
-        }
-        if let Some(RecursiveDependencyLoadState::Failed(error)) =
-            assets.get_recursive_dependency_load_state(&show.scene)
-        {
-            return Err(format!("cannot load what {} refers to: {error}", file.display()).into());
+        if let Some(error) = loading_error(&assets, &show.scene, &file) {
+            return Err(error.into());
         }
         let world = app.world_mut();
         let has_spawned = world.query::<&MarkerAnchor>().iter(world).next().is_some();
@@ -114,10 +104,10 @@ fn wait_for_scene(app: &mut App, show: &Show, options: &Options) -> Outcome<()> 
     Err(format!("{} did not load in time, or no node of it has the extras MarkerAnchor", file.display()).into())
 }
 
-/// Shaders load in the background: updates until there is a picture and, if its ball can be seen, its light.
+/// Updates until a frame and, if its ball is visible, its light have arrived. Shaders load in the background.
 fn warm_up(app: &mut App) -> Outcome<()> {
     let started = Instant::now();
-    while started.elapsed() < PATIENCE {
+    while started.elapsed() < MAX_WAIT {
         headless::update(app)?;
         let world = app.world_mut();
         let state = world.query::<&FeedState>().iter(world).next().cloned().unwrap_or_default();
@@ -165,7 +155,7 @@ fn report_line(app: &mut App, frame: u32) -> Value {
     })
 }
 
-/// The smoothed time of each stage and of each pass on the GPU.
+/// Smoothed time of each stage and of each GPU pass.
 fn timings(app: &App) -> Value {
     let diagnostics = app.world().get_resource::<DiagnosticsStore>().into_iter().flat_map(DiagnosticsStore::iter);
     let named = diagnostics.filter_map(|diagnostic| {
@@ -176,7 +166,7 @@ fn timings(app: &App) -> Value {
     Value::Object(named.collect())
 }
 
-/// Memory of this process in MiB, where the system tells.
+/// Resident memory of this process in MiB, if the system reports it.
 fn resident_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
@@ -184,13 +174,12 @@ fn resident_memory() -> Option<f64> {
 }
 
 fn save(size: UVec2, rgba: &[u8], path: &Path) -> Outcome<RgbImage> {
-    let rgb = rgba.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
-    let picture = RgbImage::from_raw(size.x, size.y, rgb).ok_or("a picture came back in the wrong size")?;
+    let picture = rgb_image(size, rgba)?;
     picture.save(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     Ok(picture)
 }
 
-/// All pictures small, in rows.
+/// Contact sheet: thumbnails of all images, in rows.
 struct ContactSheet {
     thumbnail: UVec2,
     sheet: RgbImage,
@@ -215,7 +204,7 @@ impl ContactSheet {
     }
 }
 
-/// What could be better, as the panel would say.
+/// Prints all items of the checklist that are not good.
 fn print_checklist(app: &mut App) -> Outcome<()> {
     let world = app.world_mut();
     let checks =

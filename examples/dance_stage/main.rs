@@ -1,5 +1,5 @@
-//! A dancer on a real desk, lit by the room that a mirrored ball shows; every thing switches between toon and
-//! image-based.
+//! A dancer on a real desk, lit by the light measured in a mirrored ball. Each object can switch between toon and
+//! image-based shading.
 //!
 //! ```text
 //! cargo run --example dance_stage --features egui
@@ -8,9 +8,21 @@
 
 mod dancer;
 mod headless;
+#[path = "../support/headless_log.rs"]
+mod headless_log;
+#[path = "../support/loading_error.rs"]
+mod loading_error;
 mod options;
+#[path = "../support/parse_intrinsics.rs"]
+mod parse_intrinsics;
+#[path = "../support/parse_size.rs"]
+mod parse_size;
+#[path = "../support/rgb_image.rs"]
+mod rgb_image;
 mod stage;
 mod window;
+#[path = "../support/window_log.rs"]
+mod window_log;
 
 use bevy::prelude::*;
 use bevy_mirrorball::prelude::*;
@@ -23,7 +35,7 @@ type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 fn main() -> ExitCode {
     let result = match Options::from_command_line() {
         Ok(Some(options)) => run(&options),
-        // Whoever reads the help may stop early, as `head` does.
+        // The reader of the help may close the pipe early, as `head` does.
         Ok(None) => writeln!(std::io::stdout(), "{USAGE}").or(Ok(())),
         Err(error) => Err(error.into()),
     };
@@ -48,18 +60,18 @@ fn run(options: &Options) -> Outcome<()> {
     window::run(options)
 }
 
-/// Whether a window can be opened. Elsewhere than on Linux there is always a desktop.
+/// Returns whether a window can be opened. Only on Linux a desktop can be missing.
 fn has_display() -> bool {
     !cfg!(target_os = "linux") || std::env::var_os("DISPLAY").is_some_and(|display| !display.is_empty())
 }
 
-/// What is shown, in a window or not.
+/// The scene that is shown, in a window or headless.
 struct Show {
     scene: Handle<WorldAsset>,
 }
 
 impl Show {
-    /// Adds the scene and, unless the user brought a scene, the stage.
+    /// Adds the scene and, unless it is the user's (`--scene`), the stage.
     fn add(app: &mut App, options: &Options) -> Outcome<Self> {
         let file = options.scene_file();
         let name = file.file_name().ok_or("--scene names no file")?.to_string_lossy().into_owned();
@@ -76,12 +88,12 @@ impl Show {
     }
 }
 
-/// A scene that says nothing of shadows has those of the default dome.
+/// Spawns the default dome for scenes that have none.
 fn spawn_dome(mut commands: Commands) {
     commands.spawn(ShadowDomeLight::default());
 }
 
-/// Bevy's assets are those beside the scene.
+/// Returns the asset plugin with the scene's folder as the asset folder.
 fn asset_plugin(options: &Options) -> Outcome<AssetPlugin> {
     let scene = std::path::absolute(options.scene_file())?;
     let folder = scene.parent().unwrap_or(Path::new("."));

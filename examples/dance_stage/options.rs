@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::stage::THINGS;
+use crate::{parse_intrinsics::parse_intrinsics, parse_size::parse_size, stage::THINGS};
 use bevy::math::{UVec2, Vec2};
 use bevy_mirrorball::{
     camera::Clip,
@@ -36,11 +36,11 @@ usage: dance_stage [OPTIONS]
 Keys: 1 to 9 switch one thing between toon and image-based, T all of them, Tab the panel, Space holds the dance,
 Esc ends.";
 
-/// What a webcam is asked for; intrinsics are understood for this size.
+/// Size requested from a webcam. Intrinsics refer to this size.
 const DEVICE_SIZE: UVec2 = UVec2::new(640, 480);
 
-/// Every device can draw textures of this size.
-const LARGEST_EDGE: u32 = 8192;
+/// Largest size of an image in pixels, which all graphics devices support.
+const MAX_SIZE: u32 = 8192;
 
 pub(crate) enum Feed {
     Clip(PathBuf),
@@ -58,7 +58,7 @@ pub(crate) struct Options {
     lens: Option<Lens>,
     set: Option<PathBuf>,
     pub scene: Option<PathBuf>,
-    /// Names of things on the stage.
+    /// Names of the objects that start as toon.
     pub toons: Vec<&'static str>,
     pub is_headless: bool,
     pub frames: u32,
@@ -93,7 +93,7 @@ impl Options {
                 Long("toon") => options.toons = parser.value()?.parse_with(parse_toons)?,
                 Long("headless") => options.is_headless = true,
                 Long("frames") => options.frames = parser.value()?.parse_with(parse_frames)?,
-                Long("size") => options.size = Some(parser.value()?.parse_with(parse_size)?),
+                Long("size") => options.size = Some(parser.value()?.parse_with(parse_image_size)?),
                 Long("out") => options.out = parser.value()?.into(),
                 Long("help") | Short('h') => return Ok(None),
                 other => return Err(other.unexpected()),
@@ -105,14 +105,15 @@ impl Options {
         Ok(Some(options))
     }
 
-    /// The glTF file that says where the real things are.
+    /// The glTF file with the places of the real objects.
     pub(crate) fn scene_file(&self) -> PathBuf {
         let is_recorded_desk = matches!(&self.feed, Feed::Clip(folder) if *folder == asset("desk_clip"));
         let set = if is_recorded_desk { "desk/set.glb" } else { "desk/bare_set.glb" };
         self.scene.as_ref().or(self.set.as_ref()).cloned().unwrap_or_else(|| asset(set))
     }
 
-    /// Opens nothing yet that could take long, but finds out whether the feed can work, and how large its pictures are.
+    /// Returns the feed and the size of its frames. Checks that the feed exists, but opens nothing that could take
+    /// long.
     pub(crate) fn camera_feed(&self) -> Result<(CameraFeed, UVec2), Box<dyn std::error::Error>> {
         Ok(match &self.feed {
             Feed::Clip(folder) => (CameraFeed::clip(folder), Clip::open(folder)?.size),
@@ -125,7 +126,7 @@ impl Options {
         })
     }
 
-    /// The intrinsics that the command line gives.
+    /// The intrinsics given on the command line, if any.
     pub(crate) fn intrinsics(&self, size: UVec2) -> Option<Intrinsics> {
         self.lens.as_ref().map(|lens| match *lens {
             Lens::Intrinsics([fx, fy, cx, cy]) => {
@@ -146,7 +147,7 @@ fn device_feed(_: u32) -> Result<CameraFeed, &'static str> {
     Err("this program was built without webcams; build it with `--features egui,webcam`")
 }
 
-/// A file of the package, wherever the program is started by cargo.
+/// Path of an asset of the package, independent of the folder in which cargo runs the program.
 fn asset(name: &str) -> PathBuf {
     let package = std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(PathBuf::new, PathBuf::from);
     package.join("assets").join(Path::new(name))
@@ -159,14 +160,6 @@ fn parse_feed(text: &str) -> Result<Feed, String> {
         ("image", file) => Ok(Feed::Image(file.into())),
         ("device", number) => number.parse().map(Feed::Device).map_err(|_| expected()),
         _ => Err(expected()),
-    }
-}
-
-fn parse_intrinsics(text: &str) -> Result<[f32; 4], String> {
-    let numbers: Result<Vec<f32>, _> = text.split(',').map(|number| number.trim().parse()).collect();
-    match numbers.ok().and_then(|numbers| <[f32; 4]>::try_from(numbers).ok()) {
-        Some(n) if n.iter().all(|n| n.is_finite()) && n[0] > 0.0 && n[1] > 0.0 => Ok(n),
-        _ => Err("--intrinsics takes four numbers FX,FY,CX,CY in pixels, the focal lengths above 0".to_owned()),
     }
 }
 
@@ -193,10 +186,8 @@ fn parse_frames(text: &str) -> Result<u32, String> {
     }
 }
 
-fn parse_size(text: &str) -> Result<UVec2, String> {
-    let numbers = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
-    match numbers.map(|(width, height)| UVec2::new(width, height)) {
-        Some(size) if size.min_element() > 0 && size.max_element() <= LARGEST_EDGE => Ok(size),
-        _ => Err(format!("--size takes WIDTHxHEIGHT in pixels, each 1 to {LARGEST_EDGE}, not {text}")),
-    }
+fn parse_image_size(text: &str) -> Result<UVec2, String> {
+    parse_size(text)
+        .filter(|size| size.max_element() <= MAX_SIZE)
+        .ok_or_else(|| format!("--size takes WIDTHxHEIGHT in pixels, each 1 to {MAX_SIZE}, not {text}"))
 }

@@ -1,21 +1,21 @@
-//! The virtual stage on the marker, and the keys that change how each thing looks.
+//! The virtual stage on the marker, and the keys that switch the style of its objects.
 
 use crate::dancer::{self, Dance, Dancer};
 use bevy::prelude::*;
 use bevy_mirrorball::prelude::*;
 
-/// Height of the dance floor in metres.
+/// Height of the dance floor in meters.
 const FLOOR: f32 = 0.012;
 
-/// What can be switched, in the order in which it is spawned.
+/// Names of the objects that can be switched, in the order in which they are spawned.
 pub(crate) const THINGS: [&str; 6] = ["dancer", "floor", "rim", "left loudspeaker", "right loudspeaker", "mirror ball"];
 
-/// Names of the things that start as toon.
+/// Names of the objects that start as toon.
 #[derive(Resource)]
 pub(crate) struct StartAsToon(pub Vec<&'static str>);
 
-/// Spawns dancer, floor, loudspeakers and a mirror ball on a stand. World and marker frame are the same: the audience
-/// sits at −Z.
+/// Spawns dancer, floor, loudspeakers and a mirror ball on a stand. The world's frame of reference is that of the
+/// marker; the audience sits at −Z.
 pub(crate) fn spawn(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
@@ -59,7 +59,7 @@ pub(crate) fn spawn(
     shape(&mut mirror_ball, Sphere::new(0.024).mesh().uv(48, 24), &chrome, Vec3::Y * 0.105);
 }
 
-/// A named thing whose look can be switched.
+/// Spawns a named object whose style can be switched.
 fn thing<'a>(commands: &'a mut Commands, name: &'static str, at: Vec3) -> EntityCommands<'a> {
     let place = Transform::from_translation(at);
     commands.spawn((Name::new(name), SurfaceStyle::ImageBased, place, Visibility::default()))
@@ -84,7 +84,7 @@ const NUMBER_KEYS: [KeyCode; 9] = [
 ];
 
 pub(crate) fn switch_styles(keys: Res<ButtonInput<KeyCode>>, mut styles: Query<(&Name, &mut SurfaceStyle)>) {
-    // In the order of the panel.
+    // The panel lists them in this order too.
     let mut things: Vec<_> = styles.iter_mut().collect();
     things.sort_by_key(|(name, _)| (*name).clone());
     let toon = || SurfaceStyle::Toon(default());

@@ -1,10 +1,9 @@
-//! The stage in a window, with the measuring panel beside the picture.
+//! The stage in a window, with the measuring panel beside the camera image.
 
-use crate::{Outcome, Show, asset_plugin, options::Options, stage};
+use crate::{Outcome, Show, asset_plugin, options::Options, stage, window_log::window_log};
 use bevy::{
     camera::{CameraOutputMode, Viewport, visibility::RenderLayers},
     diagnostic::FrameTimeDiagnosticsPlugin,
-    log::LogPlugin,
     prelude::*,
     render::{diagnostic::RenderDiagnosticsPlugin, render_resource::BlendState},
     window::{PrimaryWindow, WindowResolution},
@@ -25,7 +24,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     let window = Window {
         title: TITLE.to_owned(),
         resolution: WindowResolution::new(size.x + panel.width as u32, size.y),
-        // The room should be seen as it is now: no frames waiting for the display.
+        // Lowest latency: no frames wait for the display.
         desired_maximum_frame_latency: NonZeroU32::new(1),
         ..default()
     };
@@ -33,7 +32,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     app.add_plugins((
         DefaultPlugins
             .set(asset_plugin(options)?)
-            .set(LogPlugin { filter: "warn,wgpu=error,winit=error,bevy_egui=error".to_owned(), ..default() })
+            .set(window_log())
             .set(WindowPlugin { primary_window: Some(window), ..default() }),
         FrameTimeDiagnosticsPlugin::default(),
         RenderDiagnosticsPlugin,
@@ -44,7 +43,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     .add_systems(Startup, spawn_panel_camera)
     .add_systems(Update, (stage::switch_styles, stage::hold_the_dance, open_panel, end))
     .add_systems(PreUpdate, leave_room_for_panel);
-    // Otherwise the panel would be drawn over the first camera's picture.
+    // Otherwise the panel would be drawn over the image of the first camera.
     app.world_mut().resource_mut::<EguiGlobalSettings>().auto_create_primary_context = false;
     app.world_mut().spawn(camera);
     Show::add(&mut app, options)?;
@@ -54,7 +53,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     }
 }
 
-/// The panel lies over the whole window, the camera's picture takes only a part of it.
+/// Spawns a camera for the panel that covers the whole window. The viewport of the AR camera is only a part of it.
 fn spawn_panel_camera(mut commands: Commands) {
     let output_mode =
         CameraOutputMode::Write { blend_state: Some(BlendState::ALPHA_BLENDING), clear_color: ClearColorConfig::None };
@@ -66,7 +65,7 @@ fn spawn_panel_camera(mut commands: Commands) {
     ));
 }
 
-/// The camera's picture ends where the panel begins.
+/// Fits the viewport of the AR camera beside the panel.
 fn leave_room_for_panel(
     panel: Res<MeasuringPanel>,
     windows: Query<&Window, With<PrimaryWindow>>,
@@ -78,7 +77,7 @@ fn leave_room_for_panel(
     let taken = if panel.is_open { panel.width * window.scale_factor() } else { 0.0 };
     let width = window.physical_width().saturating_sub(taken as u32);
     let physical_size = UVec2::new(width, window.physical_height());
-    // A minimized window has no size, and a narrow one no room beside the panel.
+    // A minimized window has no size, and a narrow one has no room beside the panel.
     let viewport = (physical_size.min_element() > 0).then(|| Viewport { physical_size, ..default() });
     for mut camera in &mut cameras {
         if camera.viewport.as_ref().map(|viewport| viewport.physical_size) != viewport.as_ref().map(|v| v.physical_size)

@@ -1,9 +1,9 @@
-//! Letters of 5 × 7 pixels, so that pictures can be labeled without a font.
+//! Letters of 5 × 7 pixels, which label images without a font file.
 
 use bevy::prelude::UVec2;
 use image::{Rgb, RgbImage};
 
-/// Rows from top to bottom; the highest of five bits is the left pixel.
+/// Rows of each letter from top to bottom. The highest of five bits is the leftmost pixel.
 const LETTERS: [(char, [u8; 7]); 20] = [
     ('A', [0x0e, 0x11, 0x11, 0x1f, 0x11, 0x11, 0x11]),
     ('B', [0x1e, 0x11, 0x11, 0x1e, 0x11, 0x11, 0x1e]),
@@ -27,11 +27,11 @@ const LETTERS: [(char, [u8; 7]); 20] = [
     ('Y', [0x11, 0x11, 0x0a, 0x04, 0x04, 0x04, 0x04]),
 ];
 const COLUMNS: u32 = 5;
-/// From one letter to the next in its pixels.
+/// Distance from one letter to the next, in pixels of the letter.
 const ADVANCE: u32 = 6;
 
-/// Writes a line of capitals with its upper left corner at `at` and returns where it ends; letters have pixels of
-/// `scale`², unknown ones are left blank.
+/// Writes a line of capitals with its upper left corner at `at` and returns the position after it. Each pixel of a
+/// letter covers `scale`² pixels of the image; unknown letters are left blank.
 pub(crate) fn write(picture: &mut RgbImage, at: UVec2, scale: u32, color: Rgb<u8>, text: &str) -> UVec2 {
     for (i, letter) in text.chars().enumerate() {
         let Some((_, rows)) = LETTERS.iter().find(|(known, _)| *known == letter) else {

@@ -1,18 +1,24 @@
-//! Light, what is in its way, and what the shadow falls on, each real or virtual: all eight cases side by side.
+//! All eight combinations of a real or virtual light, occluder and shadow receiver, side by side.
 //!
 //! `cargo run --example eight_cases -- --out eight_cases.png`
 //!
-//! Starts from a photograph of a desk with a can on it. Real light is the room's, measured in the mirrored ball; the
-//! virtual light is a spot lamp of Bevy. The virtual can is yellow, the virtual plate white. Where all three are real
-//! the picture is the photograph, untouched. Needs no window; renders on software Vulkan too.
+//! The background is a photograph of a desk with a can on it. The real light is that of the room, measured in the
+//! mirrored ball; the virtual light is a spot light of Bevy. The virtual can is yellow, the virtual plate white. Where
+//! all three are real, the result is the unchanged photograph. Needs no window; renders on software Vulkan too.
 
 mod captions;
+#[path = "../support/headless_log.rs"]
+mod headless_log;
+#[path = "../support/rgb_image.rs"]
+mod rgb_image;
 
-use bevy::{asset::RecursiveDependencyLoadState, camera::ShadowLodOrigin, log::LogPlugin, prelude::*};
+use bevy::{asset::RecursiveDependencyLoadState, camera::ShadowLodOrigin, prelude::*};
 use bevy_mirrorball::{
     camera::FramePixels, environment_map::EnvironmentCube, headless, prelude::*, shadows::DomeState,
 };
+use headless_log::headless_log;
 use image::{Rgb, RgbImage, imageops};
+use rgb_image::rgb_image;
 use std::{
     path::PathBuf,
     process::ExitCode,
@@ -22,31 +28,31 @@ use std::{
 const PHOTO: &str = "assets/desk/photo.jpg";
 const SCENE: &str = "desk/set.glb";
 const FOCAL: f32 = 601.83;
-/// The part of the picture that is shown, in pixels.
+/// Corner and size of the part of the photograph that is shown, in pixels.
 const CORNER: UVec2 = UVec2::new(200, 190);
 const PART: UVec2 = UVec2::new(430, 290);
-/// Between and around the pictures, and for a caption, in pixels.
+/// Space between and around the images, and height of a caption, in pixels.
 const MARGIN: u32 = 8;
 const CAPTION: u32 = 44;
 const PAPER: Rgb<u8> = Rgb([24, 24, 26]);
 const REAL: Rgb<u8> = Rgb([235, 235, 235]);
 const VIRTUAL: Rgb<u8> = Rgb([255, 176, 64]);
-/// To wait for what loads in the background, and for shadow maps to be drawn.
-const PATIENCE: Duration = Duration::from_secs(120);
-/// In these roles, materials and lamps reach the renderer.
-const LEAST_SETTLING_FRAMES: u32 = 4;
+/// Longest wait for assets and shaders that load in the background, and for shadow maps.
+const MAX_WAIT: Duration = Duration::from_secs(120);
+/// Number of frames after which roles, materials and lights have reached the renderer.
+const MIN_SETTLING_FRAMES: u32 = 4;
 
-/// Size of both cans, and where they stand: the real one's place is in the scene too.
+/// Size and positions of both cans. The scene file contains the position of the real one too.
 const CAN: Cylinder = Cylinder { radius: 0.03, half_height: 0.045 };
 const REAL_CAN: Vec3 = Vec3::new(-0.285, 0.045, -0.1);
 const VIRTUAL_CAN: Vec3 = Vec3::new(-0.13, 0.045, -0.08);
-/// From a can to the plate beside it and to the lamp that shines on it.
+/// Offsets from a can to the plate beside it, and from the point at which the lamp is aimed to the lamp.
 const TO_PLATE: Vec3 = Vec3::new(0.115, -0.04, -0.02);
 const TO_LAMP: Vec3 = Vec3::new(-0.36, 0.4, 0.12);
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
-/// Which of the three are virtual.
+/// A combination: which of the three are virtual.
 #[derive(Clone, Copy)]
 struct Case {
     light: bool,
@@ -71,16 +77,15 @@ fn draw() -> Outcome<()> {
     while let Some(argument) = parser.next()? {
         match argument {
             Long("out") => out = parser.value()?.into(),
-            // There is nothing else.
+            // Accepted for consistency; there is no other mode.
             Long("headless") => (),
             other => return Err(other.unexpected().into()),
         }
     }
     let frame = FramePixels::open(PHOTO).map_err(|error| format!("run it in the crate's folder: {error}"))?;
     let size = frame.size;
-    let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
     let mut app = headless::build_app(headless::default_plugins(), |app| {
-        app.add_plugins((log, MirrorballPlugins));
+        app.add_plugins((headless_log(), MirrorballPlugins));
     })?;
     let (picture, target) = headless::add_target(&mut app, size);
     let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
@@ -98,8 +103,7 @@ fn draw() -> Outcome<()> {
         for thing in things {
             app.world_mut().despawn(thing);
         }
-        let rgb = bytes.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
-        let whole = RgbImage::from_raw(size.x, size.y, rgb).ok_or("the picture came back in the wrong size")?;
+        let whole = rgb_image(size, &bytes)?;
         let part = imageops::crop_imm(&whole, CORNER.x, CORNER.y, PART.x, PART.y).to_image();
         let at = UVec2::splat(MARGIN) + UVec2::new(i % 4, i / 4) * cell;
         imageops::replace(&mut sheet, &part, at.x.into(), (at.y + CAPTION).into());
@@ -110,7 +114,7 @@ fn draw() -> Outcome<()> {
     Ok(())
 }
 
-/// Light in the first line, what is in its way and what the shadow falls on in the second.
+/// Writes the caption of a case: the light in the first line, occluder and receiver in the second.
 fn write_caption(sheet: &mut RgbImage, corner: UVec2, case: Case) {
     let mut write = |at, is_virtual, [real_name, virtual_name]: [&str; 2]| {
         let (name, color) = if is_virtual { (virtual_name, VIRTUAL) } else { (real_name, REAL) };
@@ -121,13 +125,13 @@ fn write_caption(sheet: &mut RgbImage, corner: UVec2, case: Case) {
     write(end + UVec2::new(18, 0), case.receiver, ["REAL DESK", "VIRTUAL PLATE"]);
 }
 
-/// Waits for the scene's phantoms and for the light in the ball.
+/// Loads the scene and waits for its phantoms and for the light measured in the ball.
 fn load(app: &mut App) -> Outcome<()> {
     let assets = app.world().resource::<AssetServer>().clone();
     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(SCENE));
     app.world_mut().spawn(WorldAssetRoot(scene.clone()));
     let started = Instant::now();
-    while started.elapsed() < PATIENCE {
+    while started.elapsed() < MAX_WAIT {
         headless::settle(app)?;
         if let Some(RecursiveDependencyLoadState::Failed(error)) = assets.get_recursive_dependency_load_state(&scene) {
             return Err(format!("cannot load assets/{SCENE}: {error}").into());
@@ -143,19 +147,19 @@ fn load(app: &mut App) -> Outcome<()> {
     Err(format!("assets/{SCENE} has not loaded, or the ball gives no light").into())
 }
 
-/// Draws frames until all shadow maps are true.
+/// Renders frames until all shadow maps are up to date.
 fn settle(app: &mut App) -> Outcome<()> {
-    for _ in 0..LEAST_SETTLING_FRAMES {
+    for _ in 0..MIN_SETTLING_FRAMES {
         headless::update(app)?;
     }
     headless::settle(app)?;
-    Ok(headless::update_until(app, "drawing all shadow maps", PATIENCE, |app| {
+    Ok(headless::update_until(app, "drawing all shadow maps", MAX_WAIT, |app| {
         let world = app.world_mut();
         !world.query::<&DomeState>().iter(world).any(|dome| dome.outdated > 0)
     })?)
 }
 
-/// What is virtual in a case.
+/// Spawns the virtual objects of a case.
 fn spawn(app: &mut App, case: Case) -> Vec<Entity> {
     let mut spawned = Vec::new();
     let can = if case.blocker { VIRTUAL_CAN } else { REAL_CAN };
@@ -173,7 +177,7 @@ fn spawn(app: &mut App, case: Case) -> Vec<Entity> {
             inner_angle: 0.2,
             outer_angle: 0.36,
             shadow_maps_enabled: true,
-            // Of things a few centimetres high.
+            // Suits objects a few centimeters high.
             shadow_depth_bias: 0.002,
             ..default()
         };

@@ -1,8 +1,9 @@
-//! The components that an artist can write, and how each is read.
+//! The components that can be authored, and how each is read.
 
 use super::{
     error::ExtrasProblem,
-    fields::{Albedo, Fields, Flag, HexColor, Pixels, Positive, Whole, Word, quoted, shown},
+    fields::Fields,
+    rules::{Albedo, Flag, HexColor, Pixels, Positive, Whole, Word, quoted, shown},
 };
 use crate::{
     materials::{SurfaceStyle, ToonStyle},
@@ -14,18 +15,19 @@ use crate::{
 use bevy::prelude::*;
 use serde_json::Value;
 
-/// A component that can stand in the extras of a glTF node, under its own name.
+/// A component that can be read from the extras of a glTF node, where it stands under its own name.
 pub(super) trait FromExtras: Component + Sized {
     /// A complete value, for messages.
     const EXAMPLE: &'static str;
-    /// Plain strings that may stand instead of an object, and what they mean.
+    /// Plain strings that are accepted in place of an object, and their values.
     const WORDS: &'static [(&'static str, fn() -> Self)] = &[];
 
-    /// Reads an object. `None` only where `fields` has noted a problem; defaults may be returned in that case too.
+    /// Reads the component from the fields of an object. Returns `None` only if `fields` has noted a problem; the
+    /// result may also contain defaults in that case.
     fn from_fields(fields: &mut Fields) -> Option<Self>;
 }
 
-/// Reads the value that stands under the name `component`.
+/// Reads the value under the name `component`.
 fn read_value<C: FromExtras>(component: &'static str, value: &Value) -> Result<C, Vec<ExtrasProblem>> {
     if let Some((_, make)) = value.as_str().and_then(|found| C::WORDS.iter().find(|(word, _)| *word == found)) {
         return Ok(make());
@@ -58,24 +60,25 @@ macro_rules! authored_components {
         }
 
         impl AuthoredComponent {
-            /// The names that are looked for in extras.
+            /// Names of all components that are read from extras.
             pub const NAMES: &'static [&'static str] = &[$(stringify!($component)),+];
 
-            /// Its name in the extras.
+            /// Name of this component in extras.
             pub fn name(&self) -> &'static str {
                 match self {
                     $(Self::$component(_) => stringify!($component),)+
                 }
             }
 
-            /// Puts it on an entity, in place of what the entity has of this type. Does nothing if the entity is gone.
+            /// Inserts the component on an entity and replaces one of the same type. Does nothing if the entity no
+            /// longer exists.
             pub fn insert_into(self, entity: &mut EntityCommands) {
                 match self {
                     $(Self::$component(component) => entity.try_insert(component),)+
                 };
             }
 
-            /// Reads the value under `name`. `None` if no component is called that.
+            /// Reads the value under `name`. Returns `None` if no component has that name.
             pub(super) fn read(name: &str, value: &Value) -> Option<Result<Self, Vec<ExtrasProblem>>> {
                 match name {
                     $(stringify!($component) => Some(read_value(stringify!($component), value).map(Self::$component)),)+
@@ -89,28 +92,28 @@ macro_rules! authored_components {
 authored_components! {
     /// A printed marker.
     MarkerAnchor,
-    /// The marker that stays while the camera moves.
+    /// The marker that keeps its place in the world while the camera moves.
     WorldOrigin,
     /// The mirrored ball.
     LightProbeSphere,
-    /// The stand-in for a real thing.
+    /// The stand-in for a real object.
     PhantomObject,
     /// The dome of shadow directions.
     ShadowDomeLight,
-    /// The look of a node and what is below it.
+    /// The rendering style of a node and its descendants.
     SurfaceStyle,
 }
 
-/// The last marker of the family tag36h11.
-const LAST_TAG36H11: u32 = 586;
+/// Largest marker id of the family tag36h11.
+const MAX_TAG36H11_ID: u32 = 586;
 
 impl FromExtras for MarkerAnchor {
     const EXAMPLE: &'static str = r#"{"id": 0, "size": 0.1}"#;
 
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         fields.optional("family", Word(&["tag36h11"]));
-        let id = fields.required("id", Whole { least: 0, most: LAST_TAG36H11 });
-        let size = fields.required("size", Positive::METRES);
+        let id = fields.required("id", Whole { min: 0, max: MAX_TAG36H11_ID });
+        let size = fields.required("size", Positive::METERS);
         Some(Self::new(id?, size?))
     }
 }
@@ -129,8 +132,8 @@ impl FromExtras for LightProbeSphere {
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         let default = Self::default();
         Some(Self {
-            radius: fields.optional("radius", Positive::METRES).unwrap_or(default.radius),
-            reflectance: fields.optional("reflectance", Positive::SHARE).unwrap_or(default.reflectance),
+            radius: fields.optional("radius", Positive::METERS).unwrap_or(default.radius),
+            reflectance: fields.optional("reflectance", Positive::FRACTION).unwrap_or(default.reflectance),
             surface: match fields.optional("surface", Word(&["Mirror", "Dielectric"])) {
                 Some("Dielectric") => BallSurface::Dielectric,
                 _ => default.surface,
@@ -152,7 +155,7 @@ impl FromExtras for PhantomObject {
     }
 }
 
-/// The name of one of several values, as Rust writes it.
+/// Reads a field that holds the name of one of several values; `words` and `values` are in the same order.
 fn choice<T: Copy>(fields: &mut Fields, name: &'static str, words: &'static [&'static str], values: &[T]) -> Option<T> {
     let word = fields.optional(name, Word(words))?;
     words.iter().position(|known| *known == word).and_then(|place| values.get(place).copied())
@@ -164,7 +167,7 @@ impl FromExtras for ShadowDomeLight {
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         use {DomeCoverage as Coverage, ShadowFilter as Filter, VisibilitySamples as Samples};
         let default = Self::default();
-        let all = Whole { least: 1, most: Self::MAX_DIRECTIONS };
+        let all = Whole { min: 1, max: Self::MAX_DIRECTIONS };
         let coverages = [Coverage::Hemisphere, Coverage::Sphere];
         let samples = [Samples::Interleaved, Samples::Half, Samples::Full, Samples::Fragment];
         let soft = Filter::Pcss { angular_radius: 0.1 };
@@ -181,16 +184,16 @@ impl FromExtras for ShadowDomeLight {
             directions: fields.optional("directions", all).unwrap_or(default.directions),
             coverage: choice(fields, "coverage", &["Hemisphere", "Sphere"], &coverages).unwrap_or(default.coverage),
             key_lights: fields
-                .optional("key_lights", Whole { least: 0, most: Self::MAX_KEY_LIGHTS })
+                .optional("key_lights", Whole { min: 0, max: Self::MAX_KEY_LIGHTS })
                 .unwrap_or(default.key_lights),
-            resolution: fields.optional("resolution", Whole { least: 32, most: 1024 }).unwrap_or(default.resolution),
+            resolution: fields.optional("resolution", Whole { min: 32, max: 1024 }).unwrap_or(default.resolution),
             filter,
             samples: choice(fields, "samples", &["Interleaved", "Half", "Full", "Fragment"], &samples)
                 .unwrap_or(default.samples),
             refreshed_per_frame: fields
-                .optional("refreshed_per_frame", Whole { least: 1, most: Self::MAX_DIRECTIONS })
+                .optional("refreshed_per_frame", Whole { min: 1, max: Self::MAX_DIRECTIONS })
                 .unwrap_or(default.refreshed_per_frame),
-            dim_share: fields.optional("dim_share", Positive::SHARE).unwrap_or(default.dim_share),
+            dim_share: fields.optional("dim_share", Positive::FRACTION).unwrap_or(default.dim_share),
             occludes_reflections: fields.optional("occludes_reflections", Flag).unwrap_or(default.occludes_reflections),
         })
     }
@@ -205,8 +208,8 @@ impl FromExtras for SurfaceStyle {
     fn from_fields(fields: &mut Fields) -> Option<Self> {
         fields.required_object("Toon", "SurfaceStyle.Toon", |fields| {
             let default = ToonStyle::default();
-            let bands = Whole { least: ToonStyle::MIN_BANDS, most: ToonStyle::MAX_BANDS };
-            let width = Pixels { most: ToonStyle::MAX_OUTLINE_WIDTH };
+            let bands = Whole { min: ToonStyle::MIN_BANDS, max: ToonStyle::MAX_BANDS };
+            let width = Pixels { max: ToonStyle::MAX_OUTLINE_WIDTH };
             Self::Toon(ToonStyle {
                 bands: fields.optional("bands", bands).unwrap_or(default.bands),
                 highlight: fields.optional("highlight", Flag).unwrap_or(default.highlight),
@@ -222,7 +225,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    /// Stands for components that are a choice: a word, or an object with details.
+    /// Example of a component that is an enum: a word, or an object with details.
     #[derive(Component, Debug, PartialEq)]
     enum Paint {
         Matte,
@@ -235,7 +238,7 @@ mod tests {
             &[("Matte", || Self::Matte), ("Glossy", || Self::Glossy { coats: 1 })];
 
         fn from_fields(fields: &mut Fields) -> Option<Self> {
-            Some(Self::Glossy { coats: fields.required("coats", Whole { least: 1, most: 9 })? })
+            Some(Self::Glossy { coats: fields.required("coats", Whole { min: 1, max: 9 })? })
         }
     }
 

@@ -1,18 +1,18 @@
-//! What can be wrong with an authored scene, in sentences that say where and what to do.
+//! Errors and warnings about authored scenes. Their messages say where the mistake is and how to correct it.
 
 use std::fmt;
 
-/// Where an entry of extras stands, for messages.
+/// Location of extras, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NodeContext {
-    /// The glTF file, as the user named it.
+    /// Path of the glTF file, as the user gave it.
     pub file: String,
-    /// The node's name; Bevy's `GltfNode` and its index if it has none.
+    /// Name of the node; if it has none, `GltfNode` and its index, as in Bevy.
     pub node: String,
 }
 
 impl NodeContext {
-    /// The node called `node` of the file called `file`.
+    /// The location of the node `node` in the file `file`.
     pub fn new(file: impl Into<String>, node: impl Into<String>) -> Self {
         Self { file: file.into(), node: node.into() }
     }
@@ -34,14 +34,14 @@ pub struct ExtrasError {
     pub problem: ExtrasProblem,
 }
 
-/// The kinds of mistakes in the extras of a node.
+/// Kind of mistake in the extras of a node.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExtrasProblem {
-    /// The text is no JSON. Cannot come from a file that has been loaded, only from extras made in code.
+    /// The text is not JSON. This happens only for extras created in code, not for those of a loaded file.
     #[error("the extras are not valid JSON ({reason}); correct them or leave them out")]
     NotJson {
-        /// What the JSON parser says.
+        /// Error of the JSON parser.
         reason: String,
     },
     /// The component's value is neither an object nor one of its words.
@@ -49,71 +49,71 @@ pub enum ExtrasProblem {
     WrongForm {
         /// The component.
         component: &'static str,
-        /// The value that stands there, shortened.
+        /// The value found, shortened.
         found: String,
-        /// The forms it may have.
+        /// The accepted forms.
         expected: String,
     },
-    /// A mandatory field is not there.
+    /// A mandatory field is missing.
     #[error("{component}.{field} is missing, expected {expected}; add it, for example {example}")]
     MissingField {
         /// The component.
         component: &'static str,
         /// The missing field.
         field: &'static str,
-        /// What may stand there.
+        /// The accepted values.
         expected: String,
-        /// The value of a complete component.
+        /// A complete value of the component.
         example: &'static str,
     },
-    /// A field that the component does not have.
+    /// The component has no such field.
     #[error("{component}.{field} is unknown; {remedy}")]
     UnknownField {
         /// The component.
         component: &'static str,
         /// The unknown field.
         field: String,
-        /// The nearest known field, or all of them.
+        /// How to correct it: names the closest known field, or all of them.
         remedy: String,
     },
-    /// A field's value is of another JSON type.
+    /// A field's value has the wrong JSON type.
     #[error("{component}.{field} is {found}, which is of the wrong type; write {expected}{or_omit}")]
     WrongType {
         /// The component.
         component: &'static str,
         /// The field.
         field: &'static str,
-        /// The value that stands there, shortened.
+        /// The value found, shortened.
         found: String,
-        /// What may stand there.
+        /// The accepted values.
         expected: String,
-        /// How else to get rid of the mistake: empty for a mandatory field.
+        /// The alternative of leaving the field out; empty for mandatory fields.
         or_omit: &'static str,
     },
-    /// A field's value is of the right type and not among those that the component accepts.
+    /// A field's value has the right type, but the component does not accept it.
     #[error("{component}.{field} is {found}, which is not accepted; write {expected}{or_omit}")]
     OutOfRange {
         /// The component.
         component: &'static str,
         /// The field.
         field: &'static str,
-        /// The value that stands there, shortened.
+        /// The value found, shortened.
         found: String,
-        /// What may stand there.
+        /// The accepted values.
         expected: String,
-        /// How else to get rid of the mistake: empty for a mandatory field.
+        /// The alternative of leaving the field out; empty for mandatory fields.
         or_omit: &'static str,
     },
 }
 
-/// Extras whose name is nearly that of a component. They are left alone, as other tools' extras are.
+/// Warning about extras whose name resembles that of a component. They are ignored, as extras of other tools are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExtrasWarning {
     /// The node with the extras.
     pub context: NodeContext,
-    /// The name that stands there.
+    /// The name found.
     pub key: String,
-    /// The component that may have been meant.
+    /// The component that was probably meant.
     pub meant: &'static str,
 }
 
@@ -133,39 +133,39 @@ pub enum AuthoringError {
     Unreadable {
         /// The file.
         file: String,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file is not glTF 2.0, neither as text nor as binary, or is cut off.
+    /// The file is neither text nor binary glTF 2.0, or it is truncated.
     #[error("{file}: is not a glTF 2.0 file ({reason}); export it again as .glb or .gltf")]
     NotGltf {
         /// The file.
         file: String,
-        /// What the parser stumbled over.
+        /// Error of the parser.
         reason: String,
     },
-    /// The file says that it cannot be read without extensions that Bevy's loader does not have either.
+    /// The file requires extensions that are not supported, by Bevy's loader neither.
     #[error("{file}: requires the glTF extensions {extensions:?}, which cannot be read; export it without them")]
     UnsupportedExtensions {
         /// The file.
         file: String,
-        /// Their names, in the file's order.
+        /// Names of the extensions, in the order of the file.
         extensions: Vec<String>,
     },
-    /// The file is glTF with contradictions, such as an index of something that is not there.
+    /// The file is inconsistent glTF, for example with an index that is out of range.
     #[error("{file}: is invalid glTF ({}); repair it or export it again", .problems.join(", "))]
     InvalidGltf {
         /// The file.
         file: String,
-        /// Place and kind of every contradiction.
+        /// Place and kind of each inconsistency.
         problems: Vec<String>,
     },
-    /// Mistakes in the extras: all of them, in the order of the nodes. Never empty.
+    /// All mistakes in the extras, in the order of the nodes. Never empty.
     #[error("{}", in_lines(.0))]
     Extras(Vec<ExtrasError>),
 }
 
-/// One mistake a line.
+/// Formats the errors, one per line.
 pub(super) fn in_lines(errors: &[ExtrasError]) -> String {
     errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }

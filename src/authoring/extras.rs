@@ -1,33 +1,33 @@
-//! The extras of one node, as JSON text, → components, mistakes and warnings. No engine needed.
+//! Parses the extras of one node, which are JSON text, into components, errors and warnings. Needs no app.
 
 use super::{
+    closest_name::closest_name,
     component::AuthoredComponent,
     error::{AuthoringError, ExtrasError, ExtrasProblem, ExtrasWarning, NodeContext},
-    spelling::closest,
 };
 use serde_json::Value;
 
-/// What the extras of one node say.
+/// Result of parsing the extras of one node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParsedExtras {
-    /// The components without a mistake, in the alphabetical order of their names.
+    /// Components without mistakes, in alphabetical order of their names.
     pub components: Vec<AuthoredComponent>,
-    /// All mistakes. A component with a mistake is not among [`components`](Self::components).
+    /// All mistakes. Components with mistakes are not among [`components`](Self::components).
     pub errors: Vec<ExtrasError>,
-    /// Names that are nearly those of components.
+    /// Warnings about extras whose names resemble those of components.
     pub warnings: Vec<ExtrasWarning>,
 }
 
 impl ParsedExtras {
-    /// The components if there was no mistake at all, otherwise [`AuthoringError::Extras`]. Drops the warnings.
+    /// Returns the components if there are no mistakes, otherwise [`AuthoringError::Extras`]. Drops the warnings.
     pub fn into_result(self) -> Result<Vec<AuthoredComponent>, AuthoringError> {
         if self.errors.is_empty() { Ok(self.components) } else { Err(AuthoringError::Extras(self.errors)) }
     }
 }
 
-/// Reads the extras of one node. `context` is repeated in errors and warnings.
+/// Parses the extras of one node. `context` is repeated in errors and warnings.
 ///
-/// Extras that are valid JSON and not an object hold no components, which is no mistake.
+/// Extras that are valid JSON but not an object contain no components; that is not a mistake.
 ///
 /// ```
 /// use bevy_mirrorball::authoring::{AuthoredComponent, NodeContext, parse_node_extras};
@@ -55,7 +55,7 @@ pub fn parse_node_extras(json: &str, context: &NodeContext) -> ParsedExtras {
             return parsed;
         }
     };
-    // serde_json keeps the order of the file if any crate in the game's build asks it to
+    // `serde_json` keeps the order of the file if any crate of the build enables that.
     let mut entries: Vec<_> = entries.into_iter().collect();
     entries.sort_by(|(a, _), (b, _)| a.cmp(b));
     for (key, value) in entries {
@@ -63,7 +63,7 @@ pub fn parse_node_extras(json: &str, context: &NodeContext) -> ParsedExtras {
             Some(Ok(component)) => parsed.components.push(component),
             Some(Err(problems)) => parsed.errors.extend(problems.into_iter().map(error)),
             None => {
-                if let Some(meant) = closest(&key, AuthoredComponent::NAMES) {
+                if let Some(meant) = closest_name(&key, AuthoredComponent::NAMES) {
                     parsed.warnings.push(ExtrasWarning { context: context.clone(), key, meant });
                 }
             }
@@ -86,7 +86,7 @@ mod tests {
         parse_node_extras(json, &NodeContext::new("set.glb", "thing"))
     }
 
-    /// The message of the only mistake, without the place.
+    /// Returns the message of the only mistake, without its context.
     fn complaint(json: &str) -> String {
         let parsed = parse(json);
         assert_eq!(parsed.errors.len(), 1, "{json}: {parsed:?}");
@@ -153,7 +153,7 @@ mod tests {
     fn mandatory_fields_are_asked_for() {
         assert_eq!(
             complaint(r#"{"MarkerAnchor": {"id": 0}}"#),
-            "MarkerAnchor.size is missing, expected a number above 0 (metres); add it, for example {\"id\": 0, \"size\": 0.1}"
+            "MarkerAnchor.size is missing, expected a number above 0 (meters); add it, for example {\"id\": 0, \"size\": 0.1}"
         );
     }
 
@@ -175,7 +175,7 @@ mod tests {
     fn wrong_types_and_ranges_are_named_with_value_and_remedy() {
         assert_eq!(
             complaint(r#"{"LightProbeSphere": {"radius": "5 cm"}}"#),
-            "LightProbeSphere.radius is \"5 cm\", which is of the wrong type; write a number above 0 (metres), or leave it out \
+            "LightProbeSphere.radius is \"5 cm\", which is of the wrong type; write a number above 0 (meters), or leave it out \
              for the default"
         );
         assert_eq!(

@@ -1,205 +1,14 @@
-//! Reads the fields of one JSON object by rules and collects everything that is wrong with them.
+//! Fields of one JSON object: reads them by rules and collects all problems.
 
-use super::{error::ExtrasProblem, spelling::closest};
-use bevy::{
-    color::{Color, Srgba},
-    math::Vec3,
+use super::{
+    closest_name::closest_name,
+    error::ExtrasProblem,
+    rules::{Mismatch, Object, Rule, shown},
 };
 use serde_json::{Map, Value};
 
-/// Which values a field accepts.
-pub(super) trait Rule {
-    /// What the field is read as.
-    type Value;
-    /// The value, or what is wrong with it.
-    fn read(&self, json: &Value) -> Result<Self::Value, Mismatch>;
-    /// The accepted values in words, to follow "write" or "expected".
-    fn expected(&self) -> String;
-}
-
-/// Why a rule turns a value down.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Mismatch {
-    /// It is of another JSON type.
-    Type,
-    /// It is of the right type.
-    Range,
-}
-
-/// `true` or `false`.
-pub(super) struct Flag;
-
-impl Rule for Flag {
-    type Value = bool;
-
-    fn read(&self, json: &Value) -> Result<bool, Mismatch> {
-        json.as_bool().ok_or(Mismatch::Type)
-    }
-
-    fn expected(&self) -> String {
-        "true or false".into()
-    }
-}
-
-/// A whole number from `least` to `most`. Some tools write whole numbers with a decimal point: 64.0 is 64.
-pub(super) struct Whole {
-    pub(super) least: u32,
-    pub(super) most: u32,
-}
-
-impl Rule for Whole {
-    type Value = u32;
-
-    fn read(&self, json: &Value) -> Result<u32, Mismatch> {
-        let number = json.as_f64().filter(|number| number.fract() == 0.0).ok_or(Mismatch::Type)?;
-        // both ends are exact in f64, so the cast is too
-        let in_range = (f64::from(self.least)..=f64::from(self.most)).contains(&number);
-        in_range.then_some(number as u32).ok_or(Mismatch::Range)
-    }
-
-    fn expected(&self) -> String {
-        format!("a whole number from {} to {}", self.least, self.most)
-    }
-}
-
-/// A finite number above 0, at most `most`; still so when stored in single precision.
-pub(super) struct Positive {
-    pub(super) most: f32,
-    pub(super) unit: Option<&'static str>,
-}
-
-impl Positive {
-    /// A length in metres.
-    pub(super) const METRES: Self = Self { most: f32::MAX, unit: Some("metres") };
-    /// An angle below a right one.
-    pub(super) const RADIANS: Self = Self { most: 1.5, unit: Some("radians") };
-    /// A part of a whole.
-    pub(super) const SHARE: Self = Self { most: 1.0, unit: None };
-}
-
-impl Rule for Positive {
-    type Value = f32;
-
-    fn read(&self, json: &Value) -> Result<f32, Mismatch> {
-        let number = json.as_f64().ok_or(Mismatch::Type)? as f32;
-        (number > 0.0 && number <= self.most).then_some(number).ok_or(Mismatch::Range)
-    }
-
-    fn expected(&self) -> String {
-        let mut text = String::from("a number above 0");
-        if self.most < f32::MAX {
-            text.push_str(&format!(" and at most {}", self.most));
-        }
-        if let Some(unit) = self.unit {
-            text.push_str(&format!(" ({unit})"));
-        }
-        text
-    }
-}
-
-/// Shares of red, green and blue light that a surface reflects: one number for all, or three.
-pub(super) struct Albedo;
-
-impl Rule for Albedo {
-    type Value = Vec3;
-
-    fn read(&self, json: &Value) -> Result<Vec3, Mismatch> {
-        if json.is_number() {
-            return Positive::SHARE.read(json).map(Vec3::splat);
-        }
-        let numbers = json.as_array().filter(|numbers| numbers.len() == 3).ok_or(Mismatch::Type)?;
-        let share = |i: usize| Positive::SHARE.read(&numbers[i]);
-        Ok(Vec3::new(share(0)?, share(1)?, share(2)?))
-    }
-
-    fn expected(&self) -> String {
-        "a number above 0 and at most 1, or three of them for red, green and blue (linear)".into()
-    }
-}
-
-/// A number of pixels from 0 to `most`.
-pub(super) struct Pixels {
-    pub(super) most: f32,
-}
-
-impl Rule for Pixels {
-    type Value = f32;
-
-    fn read(&self, json: &Value) -> Result<f32, Mismatch> {
-        let number = json.as_f64().ok_or(Mismatch::Type)? as f32;
-        (0.0..=self.most).contains(&number).then_some(number).ok_or(Mismatch::Range)
-    }
-
-    fn expected(&self) -> String {
-        format!("a number from 0 to {} (pixels)", self.most)
-    }
-}
-
-/// An sRGB color as web pages write it.
-pub(super) struct HexColor;
-
-impl Rule for HexColor {
-    type Value = Color;
-
-    fn read(&self, json: &Value) -> Result<Color, Mismatch> {
-        let text = json.as_str().ok_or(Mismatch::Type)?;
-        Srgba::hex(text).map(Color::from).map_err(|_| Mismatch::Range)
-    }
-
-    fn expected(&self) -> String {
-        "a color such as \"#ff8000\"".into()
-    }
-}
-
-/// One of a few words, as it stands.
-pub(super) struct Word(pub(super) &'static [&'static str]);
-
-impl Rule for Word {
-    type Value = &'static str;
-
-    fn read(&self, json: &Value) -> Result<&'static str, Mismatch> {
-        let found = json.as_str().ok_or(Mismatch::Type)?;
-        self.0.iter().find(|&&word| word == found).copied().ok_or(Mismatch::Range)
-    }
-
-    fn expected(&self) -> String {
-        quoted(self.0)
-    }
-}
-
-/// An object with fields of its own.
-struct Object;
-
-impl Rule for Object {
-    type Value = Map<String, Value>;
-
-    fn read(&self, json: &Value) -> Result<Self::Value, Mismatch> {
-        json.as_object().cloned().ok_or(Mismatch::Type)
-    }
-
-    fn expected(&self) -> String {
-        "an object, {} for the defaults".into()
-    }
-}
-
-/// The words in quotes, joined by "or".
-pub(super) fn quoted(words: &[&str]) -> String {
-    words.iter().map(|word| format!("{word:?}")).collect::<Vec<_>>().join(" or ")
-}
-
-/// Longest piece of a user's value that a message repeats, in characters.
-const FOUND_LENGTH: usize = 40;
-
-/// A value for a message: as JSON, cut if long.
-pub(super) fn shown(json: &Value) -> String {
-    let text = json.to_string();
-    match text.char_indices().nth(FOUND_LENGTH) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text,
-    }
-}
-
-/// The fields of one component. Asking for a field makes it known; what was never asked for is an error at the end.
+/// The fields of one component. Every field that is read becomes known; fields that were never read are reported at the
+/// end.
 pub(super) struct Fields<'a> {
     component: &'static str,
     example: &'static str,
@@ -209,12 +18,12 @@ pub(super) struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    /// The fields of `object`, which is the value of `component`; `example` is a complete value of it.
+    /// Starts with `object`, which is the value of `component`; `example` is a complete value of that component.
     pub(super) fn new(component: &'static str, example: &'static str, object: &'a Map<String, Value>) -> Self {
         Self { component, example, object, known: Vec::new(), problems: Vec::new() }
     }
 
-    /// The field's value; `None` if it is absent or wrong, which is noted.
+    /// Reads a mandatory field. Returns `None` and notes a problem if it is absent or wrong.
     pub(super) fn required<R: Rule>(&mut self, field: &'static str, rule: R) -> Option<R::Value> {
         if !self.object.contains_key(field) {
             let Self { component, example, .. } = *self;
@@ -225,13 +34,13 @@ impl<'a> Fields<'a> {
         self.read(field, rule, "")
     }
 
-    /// The field's value; `None` if it is absent, or wrong, which is noted.
+    /// Reads an optional field. Returns `None` if it is absent, and also notes a problem if it is wrong.
     pub(super) fn optional<R: Rule>(&mut self, field: &'static str, rule: R) -> Option<R::Value> {
         self.read(field, rule, ", or leave it out for the default")
     }
 
-    /// What is read from the fields of an object that stands in the field; problems in there name it as `path`. `None` if
-    /// the object is absent or something in it is wrong, which is noted.
+    /// Reads a mandatory field whose value is an object with fields of its own; its problems name that object `path`.
+    /// Returns `None` and notes the problems if the object is absent or anything in it is wrong.
     pub(super) fn required_object<T>(
         &mut self,
         field: &'static str,
@@ -264,11 +73,11 @@ impl<'a> Fields<'a> {
         None
     }
 
-    /// Everything that was wrong, including fields that nobody asked for.
+    /// Returns all problems, including fields that were never read.
     pub(super) fn into_problems(self) -> Vec<ExtrasProblem> {
         let Self { component, object, known, mut problems, .. } = self;
         for field in object.keys().filter(|field| !known.contains(&field.as_str())) {
-            let remedy = match closest(field, &known) {
+            let remedy = match closest_name(field, &known) {
                 Some(meant) => format!("rename it to {meant:?} or remove it"),
                 None if known.is_empty() => "remove it, the component has no fields".into(),
                 None => format!("remove it, the fields are {}", known.join(", ")),
@@ -276,57 +85,5 @@ impl<'a> Fields<'a> {
             problems.push(ExtrasProblem::UnknownField { component, field: field.clone(), remedy });
         }
         problems
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use serde_json::json;
-
-    #[test]
-    fn whole_numbers_stay_in_their_range() {
-        let rule = Whole { least: 1, most: 256 };
-        assert_eq!(rule.read(&json!(1)), Ok(1));
-        assert_eq!(rule.read(&json!(256.0)), Ok(256));
-        for outside in [json!(0), json!(-1), json!(257), json!(1e300)] {
-            assert_eq!(rule.read(&outside), Err(Mismatch::Range), "{outside}");
-        }
-        for other in [json!(1.5), json!("1"), json!(true), json!(null)] {
-            assert_eq!(rule.read(&other), Err(Mismatch::Type), "{other}");
-        }
-    }
-
-    #[test]
-    fn positive_numbers_are_positive_in_single_precision_too() {
-        assert_eq!(Positive::METRES.read(&json!(0.05)), Ok(0.05));
-        assert_eq!(Positive::METRES.read(&json!(2)), Ok(2.0));
-        // 1e-60 becomes 0 and 1e60 infinite as f32
-        for outside in [json!(0), json!(-0.1), json!(1e-60), json!(1e60)] {
-            assert_eq!(Positive::METRES.read(&outside), Err(Mismatch::Range), "{outside}");
-        }
-        assert_eq!(Positive::SHARE.read(&json!(1)), Ok(1.0));
-        assert_eq!(Positive::SHARE.read(&json!(1.01)), Err(Mismatch::Range));
-        assert_eq!(Positive::SHARE.read(&json!("0.9")), Err(Mismatch::Type));
-    }
-
-    #[test]
-    fn albedos_are_one_share_or_three() {
-        assert_eq!(Albedo.read(&json!(0.8)), Ok(Vec3::splat(0.8)));
-        assert_eq!(Albedo.read(&json!([0.8, 0.5, 1])), Ok(Vec3::new(0.8, 0.5, 1.0)));
-        for outside in [json!(0), json!(1.2), json!([0.8, 0.0, 0.5])] {
-            assert_eq!(Albedo.read(&outside), Err(Mismatch::Range), "{outside}");
-        }
-        for other in [json!("white"), json!([0.8, 0.5]), json!([0.8, 0.5, "1"])] {
-            assert_eq!(Albedo.read(&other), Err(Mismatch::Type), "{other}");
-        }
-    }
-
-    #[test]
-    fn long_values_are_cut_between_characters() {
-        assert_eq!(shown(&json!(-0.5)), "-0.5");
-        let long = shown(&json!("ä".repeat(100)));
-        assert_eq!(long.chars().count(), FOUND_LENGTH + 1);
-        assert!(long.ends_with('…'));
     }
 }

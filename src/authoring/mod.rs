@@ -1,37 +1,39 @@
-//! glTF extras → components.
+//! Authoring: components from glTF extras.
 //!
-//! **Enters:** glTF scenes whose nodes carry *extras* (custom properties in Blender and other tools) named like this
-//! crate's components. **Leaves:** those components on the spawned entities, and an [`AuthoringReport`] of what was wrong.
-//! An artist so authors the whole set in the modeling tool: where the marker lies, where the ball stands, which meshes
-//! stand for real things.
+//! **Enters:** glTF scenes whose nodes have *extras* (custom properties in Blender and other tools) named after this
+//! crate's components. **Leaves:** those components on the spawned entities, and an [`AuthoringReport`] of all
+//! mistakes. Artists can thus author the whole set in the modeling tool: where the marker lies, where the ball stands,
+//! and which meshes represent real objects.
 //!
 //! | extras of a node | component |
 //! |---|---|
 //! | `{"MarkerAnchor": {"id": 0, "size": 0.1, "family": "tag36h11"}}` | [`MarkerAnchor`]; `id` and `size` are mandatory |
 //! | `{"WorldOrigin": {}}` | [`WorldOrigin`] |
 //! | `{"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9, "surface": "Mirror"}}` | [`LightProbeSphere`]; or `"Dielectric"` |
-//! | `{"PhantomObject": {"casts": true, "receives": true, "reflectance": 0.8}}` | [`PhantomObject`]; the reflectance, where known, may be `[r, g, b]`, linear |
+//! | `{"PhantomObject": {"casts": true, "receives": true, "reflectance": 0.8}}` | [`PhantomObject`]; the reflectance is optional and may be `[r, g, b]`, linear |
 //! | `{"ShadowDomeLight": {"directions": 64, "filter": "Gauss"}}`, all its fields | [`ShadowDomeLight`] |
-//! | `{"SurfaceStyle": "Toon"}`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and all below it |
+//! | `{"SurfaceStyle": "Toon"}`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and its descendants |
 //! | `{"SurfaceStyle": {"Toon": {"bands": 4, "highlight": true, "outline_width": 2, "outline_color": "#000000"}}}` | the same with details |
 //!
-//! One node may have several. A field that is left out takes the component's default; the tag family is optional and only
-//! `tag36h11` is accepted. Colors are sRGB. Lengths are in metres, in the node's own frame of reference: the node's scale is
-//! not applied.
+//! One node may have several components. Omitted fields take the component's default. The tag family is optional, and
+//! only `tag36h11` is accepted. Colors are sRGB. Lengths are in meters, in the node's own frame of reference; the
+//! node's scale is not applied.
 //!
 //! # What is checked
-//! Unknown fields, values of the wrong type and values outside the documented range are errors that name file, node,
-//! component, field, what was found and what to do. The component with the error is left out, everything else is spawned. Extras
-//! with other names belong to other tools and are left alone; one that is nearly a component's name gives a warning.
+//! Unknown fields, values of the wrong type and values outside the documented range are errors. Their messages name
+//! file, node, component, field, the value found and how to correct it. A component with an error is left out;
+//! everything else is spawned. Extras with other names belong to other tools and are ignored; a name that resembles
+//! that of a component gives a warning.
 //!
 //! # When
-//! [`AuthoringPlugin`] looks at new [`GltfExtras`] once a frame in `SpawnScene`, after Bevy has spawned the scenes: the
-//! components are there before transforms are propagated in the same frame. Bevy puts the extras of mesh primitives and
-//! lights on entities of their own; they are read by the same rules. Tools that want to check a file without an app call
-//! [`read_scene_components`], which sees the extras of nodes.
+//! [`AuthoringPlugin`] reads new [`GltfExtras`] once per frame in `SpawnScene`, after Bevy has spawned the scenes, so
+//! that the components exist before transforms are propagated in the same frame. Bevy puts the extras of mesh
+//! primitives and lights on entities of their own; the same rules apply to them. Tools that check a file without an app
+//! call [`read_scene_components`], which reads the extras of nodes.
 //!
 //! # Adding a component
-//! One name in the list and one `FromExtras` block in `component.rs`. A component may also be written as a plain string.
+//! Add its name to the list and an implementation of `FromExtras` in `component.rs`. A component can also be authored
+//! as a plain string.
 //!
 //! [`GltfExtras`]: bevy::gltf::GltfExtras
 //! [`MarkerAnchor`]: crate::tracking::MarkerAnchor
@@ -41,13 +43,14 @@
 //! [`ShadowDomeLight`]: crate::shadows::ShadowDomeLight
 //! [`SurfaceStyle`]: crate::materials::SurfaceStyle
 
+mod closest_name;
 mod component;
 mod error;
 mod extras;
 mod fields;
+mod rules;
 mod scene_file;
 mod spawned;
-mod spelling;
 
 pub use component::AuthoredComponent;
 pub use error::{AuthoringError, ExtrasError, ExtrasProblem, ExtrasWarning, NodeContext};
@@ -60,7 +63,7 @@ use bevy::{
     prelude::*,
 };
 
-/// Turns the extras of spawned glTF nodes into components; see the [module](self).
+/// Inserts the components in the extras of spawned glTF nodes; see the [module](self).
 ///
 /// ```
 /// use bevy::{gltf::GltfExtras, prelude::*};
@@ -68,7 +71,7 @@ use bevy::{
 ///
 /// let mut app = App::new();
 /// app.add_plugins(AuthoringPlugin);
-/// // Bevy does this for every node of a glTF scene:
+/// // Bevy does this for every node with extras in a glTF scene:
 /// let ball = app.world_mut().spawn(GltfExtras { value: r#"{"LightProbeSphere": {"radius": 0.04}}"#.into() }).id();
 /// app.update();
 /// assert_eq!(app.world().get::<LightProbeSphere>(ball).map(|ball| ball.radius), Some(0.04));

@@ -1,4 +1,4 @@
-//! A glTF file on disk → the components of its nodes, without an app.
+//! Reads the components of a glTF file's nodes without an app.
 
 use super::{
     component::AuthoredComponent,
@@ -11,21 +11,23 @@ use std::path::Path;
 /// The components of one node of a glTF file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeComponents {
-    /// The node's number in the file.
+    /// Index of the node in the file.
     pub index: usize,
-    /// The node's name; if it has none, `GltfNode` and its number, as Bevy names it.
+    /// Name of the node; if it has none, `GltfNode` and its index, as in Bevy.
     pub node: String,
-    /// Its components, in the alphabetical order of their names.
+    /// Components of the node, in alphabetical order of their names.
     pub components: Vec<AuthoredComponent>,
-    /// Extras that are nearly called like a component.
+    /// Warnings about extras whose names resemble those of components.
     pub warnings: Vec<ExtrasWarning>,
 }
 
-/// Reads the components of all nodes of a `.glb` or `.gltf` file, of every scene in it.
+/// Reads the components of all nodes of a `.glb` or `.gltf` file, in all of its scenes.
 ///
-/// Nodes that have neither components nor warnings are left out. Buffers and pictures are not looked at and may be
-/// missing. With a mistake anywhere, [`AuthoringError::Extras`] lists the mistakes of all nodes; the other errors say
-/// why the file as a whole cannot be used.
+/// Nodes that have neither components nor warnings are left out. Buffers and images are not read and may be missing.
+///
+/// # Errors
+/// [`AuthoringError::Extras`] lists the mistakes of all nodes if there are any. The other errors say why the file as a
+/// whole cannot be used.
 ///
 /// ```no_run
 /// use bevy_mirrorball::authoring::read_scene_components;
@@ -56,7 +58,7 @@ pub fn read_scene_components(path: &Path) -> Result<Vec<NodeComponents>, Authori
     if errors.is_empty() { Ok(found) } else { Err(AuthoringError::Extras(errors)) }
 }
 
-/// The valid glTF document in `bytes`.
+/// Parses and validates the glTF document in `bytes`.
 fn parse_document(bytes: &[u8], file: &str) -> Result<Document, AuthoringError> {
     let not_gltf = |reason: String| AuthoringError::NotGltf { file: file.into(), reason };
     if is_glb_shorter_than_its_header(bytes) {
@@ -82,8 +84,8 @@ fn parse_document(bytes: &[u8], file: &str) -> Result<Document, AuthoringError> 
     })
 }
 
-/// Whether this is binary glTF that gives its own length as less than the 12 bytes of its header: the parser subtracts
-/// without looking.
+/// Returns whether this is binary glTF whose stated length is less than the 12 bytes of its header. The parser would
+/// underflow when it subtracts the header from that length.
 fn is_glb_shorter_than_its_header(bytes: &[u8]) -> bool {
     const HEADER: u32 = 12;
     bytes.starts_with(b"glTF")

@@ -1,4 +1,4 @@
-//! New glTF nodes in the world → components on them.
+//! Inserts components on newly spawned glTF nodes.
 
 use super::{
     error::{ExtrasError, ExtrasWarning, NodeContext, in_lines},
@@ -6,9 +6,9 @@ use super::{
 };
 use bevy::{gltf::GltfExtras, prelude::*};
 
-/// What was wrong with the glTF scenes spawned so far, so that a tool or test can fail on it.
+/// Errors and warnings of all glTF scenes spawned so far, for tools and tests that should fail on them.
 ///
-/// Every mistake is listed and logged once, however often its scene is spawned.
+/// Each mistake is listed and logged once, however often its scene is spawned.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -23,23 +23,23 @@ use bevy::{gltf::GltfExtras, prelude::*};
 /// ```
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub struct AuthoringReport {
-    /// Mistakes: these components were left out.
+    /// Mistakes. The components concerned were left out.
     pub errors: Vec<ExtrasError>,
-    /// Names that are nearly those of components.
+    /// Warnings about extras whose names resemble those of components.
     pub warnings: Vec<ExtrasWarning>,
 }
 
 impl AuthoringReport {
-    /// Forgets everything, so that the same mistakes are listed and logged again, for example after a reload.
+    /// Clears the report, so that the same mistakes are listed and logged again, for example after a reload.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 }
 
-/// What stands in messages for the file of extras that did not come from a loaded scene.
+/// File name in messages about extras that do not come from a loaded scene.
 const NO_FILE: &str = "(no file)";
 
-/// Reads the extras that have appeared since the last run.
+/// Reads the extras that were added since the last run and inserts their components.
 pub(super) fn insert_authored_components(
     mut commands: Commands,
     spawned: Query<(Entity, &GltfExtras, Option<&Name>), Added<GltfExtras>>,

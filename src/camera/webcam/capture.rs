@@ -1,9 +1,10 @@
-//! The thread that takes pictures, and what a game sees of it.
+//! The capture thread of a webcam, and the handle through which the game reads its frames and status.
 
 use super::{
-    decode::{DecodeError, decode},
+    decode::decode,
     devices::{DeviceInfo, DeviceOptions, find, list_devices, missing},
-    series::ExposureRounds,
+    exposure_bracket::ExposureBracket,
+    format::DecodeError,
     source::Source,
     stream::{Captured, WebcamStatus, WebcamStream},
 };
@@ -19,41 +20,41 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// How long a camera may be silent before it counts as lost. Cameras slower than one picture per second get as long as two
-/// of their pictures take.
-const PATIENCE: Duration = Duration::from_secs(2);
-/// How long opening may take before the camera counts as lost; slow ones take a second.
-const OPENING_PATIENCE: Duration = Duration::from_secs(5);
-/// Time between two looks for a lost camera.
-const RETRY: Duration = Duration::from_secs(1);
-/// A camera that has been silent for this long is closed and opened again, which some need.
-const RESTART: Duration = Duration::from_secs(10);
-/// Longest wait for a picture before the thread looks whether it should stop.
-const STEP: Duration = Duration::from_millis(100);
+/// Longest time without a frame before a camera counts as lost. Cameras slower than one frame per second get the
+/// duration of two frames instead.
+const MAX_SILENCE: Duration = Duration::from_secs(2);
+/// Longest time that opening may take before the camera counts as lost; slow cameras need a second.
+const MAX_OPENING_TIME: Duration = Duration::from_secs(5);
+/// Time between two searches for a lost camera.
+const SEARCH_INTERVAL: Duration = Duration::from_secs(1);
+/// Longest time without a frame before the camera is closed and opened again, which some cameras need.
+const MAX_SILENCE_BEFORE_REOPENING: Duration = Duration::from_secs(10);
+/// Longest wait for a frame before the thread checks whether it should stop.
+const MAX_FRAME_WAIT: Duration = Duration::from_millis(100);
 
-/// A webcam with its thread. Dropping it tells the thread to stop, and does not wait for it.
+/// A webcam with its capture thread. Dropping it signals the thread to stop and does not wait for it.
 pub(in crate::camera) struct Webcam {
     state: Arc<Mutex<State>>,
-    /// Nothing is ever sent: the thread stops when this end is gone.
+    /// Signals the thread to stop when it is dropped. Nothing is ever sent.
     _alive: Sender<Infallible>,
 }
 
 struct State {
     newest: Option<Captured>,
-    /// The newest of each shorter exposure.
+    /// The newest frame of each shorter exposure.
     shorter: Vec<Captured>,
     dropped: u64,
     status: WebcamStatus,
-    /// What is open now.
+    /// The stream that is open now.
     stream: Option<WebcamStream>,
-    /// When the state last changed for the better: opened, or a good picture.
-    heard: Instant,
-    /// What was wrong with the pictures since the last good one.
-    damage: Option<DecodeError>,
+    /// When the camera last showed that it works: it was opened, or an intact frame arrived.
+    last_frame_at: Instant,
+    /// What was wrong with the newest frame, if no intact frame has arrived since.
+    last_error: Option<DecodeError>,
 }
 
 impl Webcam {
-    /// Starts to look for the camera, and returns at once.
+    /// Starts the thread that searches for the camera, and returns at once.
     pub(in crate::camera) fn open(options: DeviceOptions) -> Self {
         let state = Arc::new(Mutex::new(State {
             newest: None,
@@ -61,8 +62,8 @@ impl Webcam {
             dropped: 0,
             status: WebcamStatus::Opening,
             stream: None,
-            heard: Instant::now(),
-            damage: None,
+            last_frame_at: Instant::now(),
+            last_error: None,
         }));
         let (alive, stop) = channel();
         let thread_state = state.clone();
@@ -73,29 +74,29 @@ impl Webcam {
         Self { state, _alive: alive }
     }
 
-    /// The newest picture of each shorter exposure since the last call.
+    /// Takes the newest frame of each shorter exposure that has arrived since the last call.
     pub(in crate::camera) fn take_shorter(&self) -> Vec<Captured> {
         std::mem::take(&mut lock(&self.state).shorter)
     }
 
-    /// The newest picture of the usual exposure since the last call, if there is one.
+    /// Takes the newest frame of the usual exposure, if one has arrived since the last call.
     pub(in crate::camera) fn take(&self) -> Option<Captured> {
         let mut state = lock(&self.state);
         let newest = state.newest.take()?;
         Some(Captured { dropped: std::mem::take(&mut state.dropped), ..newest })
     }
 
-    /// How the camera is doing now. Silence is found here, since the thread itself may be stuck in a driver.
+    /// The current status of the camera. Silence is detected here, because the thread itself may be stuck in a driver.
     pub(in crate::camera) fn status(&self) -> WebcamStatus {
         let state = lock(&self.state);
-        let silence = state.heard.elapsed();
+        let silence = state.last_frame_at.elapsed();
         match (&state.status, &state.stream) {
-            (WebcamStatus::Opening | WebcamStatus::Playing(_), Some(stream)) if silence > patience(stream) => {
-                WebcamStatus::Lost(silent(stream, patience(stream), state.damage.as_ref()))
+            (WebcamStatus::Opening | WebcamStatus::Playing(_), Some(stream)) if silence > max_silence(stream) => {
+                WebcamStatus::Lost(silence_message(stream, max_silence(stream), state.last_error.as_ref()))
             }
-            (WebcamStatus::Opening, None) if silence > OPENING_PATIENCE => WebcamStatus::Lost(format!(
+            (WebcamStatus::Opening, None) if silence > MAX_OPENING_TIME => WebcamStatus::Lost(format!(
                 "the camera has not answered for {} s. If this stays, unplug it and plug it in again",
-                OPENING_PATIENCE.as_secs()
+                MAX_OPENING_TIME.as_secs()
             )),
             (status, _) => status.clone(),
         }
@@ -106,32 +107,32 @@ fn lock(state: &Mutex<State>) -> MutexGuard<'_, State> {
     state.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn patience(stream: &WebcamStream) -> Duration {
-    let two_pictures = Duration::try_from_secs_f32(2.0 / stream.frame_rate).unwrap_or(PATIENCE);
-    two_pictures.clamp(PATIENCE, RESTART)
+fn max_silence(stream: &WebcamStream) -> Duration {
+    let two_frames = Duration::try_from_secs_f32(2.0 / stream.frame_rate).unwrap_or(MAX_SILENCE);
+    two_frames.clamp(MAX_SILENCE, MAX_SILENCE_BEFORE_REOPENING)
 }
 
-fn silent(stream: &WebcamStream, silence: Duration, damage: Option<&DecodeError>) -> String {
+fn silence_message(stream: &WebcamStream, silence: Duration, last_error: Option<&DecodeError>) -> String {
     let (name, seconds) = (&stream.name, silence.as_secs_f32());
-    match damage {
+    match last_error {
         None => format!(
             "no picture from the camera \"{name}\" for {seconds} s. If this stays, unplug it and plug it in again, or try \
              another USB port"
         ),
-        Some(damage) => format!(
-            "no good picture from the camera \"{name}\" for {seconds} s: {damage}. Try another cable or USB port, or a \
+        Some(last_error) => format!(
+            "no good picture from the camera \"{name}\" for {seconds} s: {last_error}. Try another cable or USB port, or a \
              smaller size or frame rate"
         ),
     }
 }
 
-/// Looks for the camera and takes pictures until the game lets go of it.
+/// Searches for the camera and captures frames until the game drops the [`Webcam`].
 fn run(state: &Mutex<State>, options: &DeviceOptions, stop: &Receiver<Infallible>) {
     let mut known = None;
     loop {
-        // Drivers' libraries panic on what they do not know; that must not be the end of the camera.
+        // The camera libraries panic on unknown values; the thread has to survive that.
         let session = catch_unwind(AssertUnwindSafe(|| play(state, options, stop, &mut known)));
-        match session.unwrap_or_else(|panic| Err(panic_text(panic))) {
+        match session.unwrap_or_else(|panic| Err(panic_message(panic))) {
             Ok(Stopped) => return,
             Err(reason) => {
                 let mut state = lock(state);
@@ -139,17 +140,17 @@ fn run(state: &Mutex<State>, options: &DeviceOptions, stop: &Receiver<Infallible
                 state.stream = None;
             }
         }
-        if stop.recv_timeout(RETRY) != Err(RecvTimeoutError::Timeout) {
+        if stop.recv_timeout(SEARCH_INTERVAL) != Err(RecvTimeoutError::Timeout) {
             return;
         }
     }
 }
 
-/// The game has let go of the camera.
+/// The game has dropped the [`Webcam`].
 struct Stopped;
 
-/// Takes pictures until something goes wrong, and says what. The camera is closed on return: one that is held while it is
-/// plugged in again gets another number.
+/// Captures frames until the game stops the thread or an error occurs, which is returned as text. The camera is closed
+/// on return: a camera that is still open when it is plugged in again gets another number.
 fn play(
     state: &Mutex<State>,
     options: &DeviceOptions,
@@ -162,43 +163,43 @@ fn play(
     let mut source = Source::open(device, options)?;
     let stream = source.stream().clone();
     *known = Some(device.clone());
-    let mut heard = Instant::now();
-    let mut rounds = ExposureRounds::new(&stream.shorter_exposures, heard);
+    let mut last_frame_at = Instant::now();
+    let mut bracket = ExposureBracket::new(&stream.shorter_exposures, last_frame_at);
     {
         let mut state = lock(state);
         state.status = WebcamStatus::Opening;
         state.stream = Some(stream.clone());
-        state.heard = heard;
-        state.damage = None;
+        state.last_frame_at = last_frame_at;
+        state.last_error = None;
     }
     loop {
         if stop.try_recv() != Err(TryRecvError::Empty) {
             return Ok(Stopped);
         }
-        let Some(picture) = source.next(STEP)? else {
-            if heard.elapsed() > RESTART {
-                return Err(silent(&stream, RESTART, None));
+        let Some(frame) = source.next(MAX_FRAME_WAIT)? else {
+            if last_frame_at.elapsed() > MAX_SILENCE_BEFORE_REOPENING {
+                return Err(silence_message(&stream, MAX_SILENCE_BEFORE_REOPENING, None));
             }
             continue;
         };
-        heard = Instant::now();
-        let Some(exposure) = rounds.arrived() else {
-            lock(state).heard = heard;
+        last_frame_at = Instant::now();
+        let Some(exposure) = bracket.arrived() else {
+            lock(state).last_frame_at = last_frame_at;
             continue;
         };
-        let result = if picture.is_marked_damaged { Err(DecodeError::Marked) } else { decode(&picture.raw) };
+        let result = if frame.is_marked_damaged { Err(DecodeError::Marked) } else { decode(&frame.raw) };
         let result = result.map(|pixels| Captured {
             pixels,
-            at: picture.at,
-            decode_time: heard.elapsed(),
+            at: frame.at,
+            decode_time: last_frame_at.elapsed(),
             exposure,
             dropped: 0,
         });
         let is_good = result.is_ok();
         publish(&mut lock(state), result, &stream);
-        if is_good && let Some(step) = rounds.next(Instant::now()) {
+        if is_good && let Some(step) = bracket.next(Instant::now()) {
             source.change_exposure(step)?;
-            // Pictures that have arrived until now are older than the change.
+            // Frames that have arrived until now were captured before the change.
             while source.next(Duration::ZERO)?.is_some() {}
         }
     }
@@ -213,20 +214,20 @@ fn publish(state: &mut State, result: Result<Captured, DecodeError>, stream: &We
             } else if state.newest.replace(captured).is_some() {
                 state.dropped += 1;
             }
-            state.heard = Instant::now();
-            state.damage = None;
+            state.last_frame_at = Instant::now();
+            state.last_error = None;
             if !matches!(&state.status, WebcamStatus::Playing(playing) if playing == stream) {
                 state.status = WebcamStatus::Playing(stream.clone());
             }
         }
-        Err(damage) => {
+        Err(last_error) => {
             state.dropped += 1;
-            state.damage = Some(damage);
+            state.last_error = Some(last_error);
         }
     }
 }
 
-fn panic_text(panic: Box<dyn Any + Send>) -> String {
+fn panic_message(panic: Box<dyn Any + Send>) -> String {
     let text = crate::panic_text::panic_text(&*panic);
     format!("the camera driver's library failed: {}. Another mode or camera may work", text.unwrap_or("without a word"))
 }
@@ -248,9 +249,10 @@ mod tests {
         }
     }
 
-    fn webcam(status: WebcamStatus, heard: Instant) -> (Webcam, Receiver<Infallible>) {
+    fn webcam(status: WebcamStatus, last_frame_at: Instant) -> (Webcam, Receiver<Infallible>) {
         let stream = Some(stream(30.0));
-        let state = State { newest: None, shorter: Vec::new(), dropped: 0, status, stream, heard, damage: None };
+        let state =
+            State { newest: None, shorter: Vec::new(), dropped: 0, status, stream, last_frame_at, last_error: None };
         let (alive, stop) = channel();
         (Webcam { state: Arc::new(Mutex::new(state)), _alive: alive }, stop)
     }
@@ -275,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_picture_wins_and_the_others_are_counted() {
+    fn the_newest_frame_wins_and_the_others_are_counted() {
         let (webcam, _stop) = webcam(WebcamStatus::Opening, Instant::now());
         let now = Instant::now();
         for result in [pixel(1, now), Err(DecodeError::Empty), pixel(2, now), pixel(3, now)] {
@@ -288,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_camera_is_lost_even_if_its_thread_is_stuck_and_the_next_picture_brings_it_back() {
+    fn a_silent_camera_is_lost_even_if_its_thread_is_stuck_and_the_next_frame_brings_it_back() {
         let long_ago = Instant::now() - Duration::from_secs(3);
         let (webcam, _stop) = webcam(WebcamStatus::Playing(stream(30.0)), long_ago);
         assert!(matches!(webcam.status(), WebcamStatus::Lost(text) if text.contains("\"Cam\" for 2 s")));
@@ -299,10 +301,10 @@ mod tests {
     }
 
     #[test]
-    fn slow_cameras_get_more_patience_up_to_a_restart() {
-        assert_eq!(patience(&stream(0.5)), Duration::from_secs(4));
+    fn slow_cameras_may_be_silent_for_longer_up_to_the_reopening() {
+        assert_eq!(max_silence(&stream(0.5)), Duration::from_secs(4));
         for (rate, seconds) in [(30.0, 2), (0.0, 2), (0.01, 10)] {
-            assert_eq!(patience(&stream(rate)).as_secs(), seconds, "{rate}");
+            assert_eq!(max_silence(&stream(rate)).as_secs(), seconds, "{rate}");
         }
     }
 

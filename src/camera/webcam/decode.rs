@@ -1,37 +1,17 @@
-//! A camera's bytes to RGBA.
+//! Decoding of camera frames to RGBA.
 //!
-//! The conversions are plain functions of this crate, not generic ones of a library: those are compiled unoptimized into a
-//! game's debug build and take 40 times as long.
+//! The conversions are plain functions of this crate. Generic functions of a library would be compiled without
+//! optimization into a game's debug build, and take 40 times as long.
 
-use super::{format::PixelFormat, jpeg};
+use super::{
+    format::{DecodeError, PixelFormat, RawFrame},
+    jpeg,
+};
 use crate::camera::FramePixels;
 use bevy::prelude::*;
 
-/// One picture as the driver gave it.
-pub(super) struct RawPicture<'a> {
-    /// What arrived, which may be less than a picture.
-    pub(super) bytes: &'a [u8],
-    pub(super) format: PixelFormat,
-    pub(super) size: UVec2,
-    /// Bytes from one row to the next; zero or less than a row means that rows are not padded.
-    pub(super) stride: usize,
-}
-
-/// Why a picture is no good.
-#[derive(thiserror::Error, Clone, Debug, PartialEq, Eq)]
-pub(super) enum DecodeError {
-    #[error("the picture is empty")]
-    Empty,
-    #[error("only {got} of {expected} bytes arrived")]
-    Short { expected: usize, got: usize },
-    #[error("the JPEG is damaged: {0}")]
-    Jpeg(String),
-    #[error("the driver marked it as damaged")]
-    Marked,
-}
-
-/// Decodes a picture to 8-bit sRGB. Alpha is 255.
-pub(super) fn decode(raw: &RawPicture) -> Result<FramePixels, DecodeError> {
+/// Decodes a frame to 8-bit sRGB. Alpha is 255.
+pub(super) fn decode(raw: &RawFrame) -> Result<FramePixels, DecodeError> {
     if raw.bytes.is_empty() || raw.size.min_element() == 0 {
         return Err(DecodeError::Empty);
     }
@@ -42,7 +22,7 @@ pub(super) fn decode(raw: &RawPicture) -> Result<FramePixels, DecodeError> {
     let row_bytes = raw.format.row_bytes(raw.size.x);
     let stride = raw.stride.max(row_bytes);
     let rows = if raw.format == PixelFormat::Nv12 { height + height.div_ceil(2) } else { height };
-    // The padding after the last row need not be there.
+    // The padding after the last row may be missing.
     let expected = stride * rows.saturating_sub(1) + row_bytes;
     if raw.bytes.len() < expected {
         return Err(DecodeError::Short { expected, got: raw.bytes.len() });
@@ -68,8 +48,9 @@ pub(super) fn decode(raw: &RawPicture) -> Result<FramePixels, DecodeError> {
     FramePixels::new(raw.size, rgba).ok_or(DecodeError::Empty)
 }
 
-/// `Y'CbCr` of limited range to R'G'B' of full range, ITU-R BT.601-7 §2.5: Y' has 219 steps from 16, Cb and Cr have 224 steps
-/// around 128. In 16-bit fixed point: 1.164383 (Y'−16), 1.596027 Cr, −0.391762 Cb − 0.812968 Cr, 2.017232 Cb.
+/// Conversion of `Y'CbCr` of limited range to R'G'B' of full range, ITU-R BT.601-7 §2.5: Y' has 219 steps from 16, Cb
+/// and Cr have 224 steps around 128. In 16-bit fixed point: 1.164383 (Y'−16), 1.596027 Cr, −0.391762 Cb − 0.812968 Cr,
+/// 2.017232 Cb.
 struct Chroma {
     red: i32,
     green: i32,
@@ -100,7 +81,7 @@ fn yuyv_row(row_in: &[u8], row: &mut [u8]) {
         let ([r0, g0, b0, a0], [r1, g1, b1, a1]) = (chroma.with_luma(y0), chroma.with_luma(y1));
         *out = [r0, g0, b0, a0, r1, g1, b1, a1];
     }
-    // The second pixel of an odd width's last pair is not shown.
+    // With an odd width, the second pixel of the last pair lies outside the image.
     if let (Some(&[y0, cb, _, cr]), false) = (pairs_in.last(), last.is_empty()) {
         last.copy_from_slice(&Chroma::new(cb, cr).with_luma(y0));
     }
@@ -143,7 +124,7 @@ mod tests {
     use super::*;
 
     fn decoded(format: PixelFormat, size: (u32, u32), stride: usize, bytes: &[u8]) -> Result<Vec<u8>, DecodeError> {
-        decode(&RawPicture { bytes, format, size: size.into(), stride }).map(|pixels| pixels.rgba)
+        decode(&RawFrame { bytes, format, size: size.into(), stride }).map(|pixels| pixels.rgba)
     }
 
     /// Limited-range BT.601 codes of black, white and the saturated primaries, from the standard's formulas, and the
@@ -208,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn empty_and_truncated_pictures_are_refused() {
+    fn empty_and_truncated_frames_are_refused() {
         assert_eq!(decoded(PixelFormat::Yuyv, (2, 2), 4, &[]), Err(DecodeError::Empty));
         assert_eq!(decoded(PixelFormat::Mjpeg, (2, 2), 0, &[]), Err(DecodeError::Empty));
         let short = Err(DecodeError::Short { expected: 8, got: 7 });

@@ -1,52 +1,53 @@
-//! Which cameras there are, and what may be asked of one.
+//! Connected cameras, and the settings that can be requested from one.
 
 use super::source;
 use bevy::prelude::*;
 use std::panic::catch_unwind;
 
-/// Which camera is meant.
+/// Identification of a camera.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DeviceId {
     /// The first camera that [`list_devices`] finds.
     #[default]
     First,
-    /// The number the system gives the camera: 2 is `/dev/video2` on Linux. Numbers change when cameras are plugged in, so
-    /// a camera found by its number is known by its name from then on.
+    /// The number that the system gives the camera: 2 is `/dev/video2` on Linux. Numbers change when cameras are
+    /// plugged in; therefore a camera that was found by its number is identified by its name from then on.
     Index(u32),
-    /// The camera's name as [`list_devices`] gives it, or a part of it; upper and lower case are the same. A camera with
-    /// exactly this name comes first.
+    /// The camera's name as [`list_devices`] returns it, or a part of the name, ignoring case. A camera with exactly
+    /// this name takes precedence.
     Name(String),
 }
 
-/// How long the sensor collects light for one picture.
+/// Exposure time of a camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum DeviceExposure {
-    /// As the camera is set now, by its own default or by another program.
+    /// The current setting of the camera: its own default, or what another program has set.
     #[default]
     Unchanged,
-    /// The camera chooses, and changes its mind while the game runs: measured light changes with it.
+    /// Automatic exposure. The camera changes it while the game runs, and measured light changes with it.
     Automatic,
-    /// Seconds of light per picture, for light that is comparable from picture to picture. Webcams do about 0.0001 to 0.5,
-    /// in steps of 0.0001, and less than one frame time at the full frame rate; the camera takes the nearest it can.
+    /// A fixed exposure time in seconds, which makes measured light comparable from frame to frame. Webcams support
+    /// about 0.0001 to 0.5, in steps of 0.0001, and less than the duration of a frame at the full frame rate. The
+    /// camera uses the nearest value that it supports.
     ///
-    /// Linux only; a camera that refuses keeps its setting, and a warning says so.
+    /// Linux only. A camera that refuses keeps its setting, and a warning is logged.
     Seconds(f32),
 }
 
-/// How pictures travel from the camera.
+/// Encoding in which frames are transferred from the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DeviceEncoding {
-    /// As the wished size and rate are met best; uncompressed if that does not matter.
+    /// The encoding that best meets the requested size and rate; uncompressed if both do equally well.
     #[default]
     Any,
-    /// As they are: exact colors and corners, but many cameras send large pictures slowly.
+    /// Uncompressed: exact colors and corners, but many cameras deliver large frames slowly.
     Uncompressed,
-    /// As JPEGs: a tenth of the data, for large pictures, long cables and several cameras on one USB bus.
+    /// JPEG: a tenth of the data, for large frames, long cables and several cameras on one USB bus.
     Jpeg,
 }
 
-/// A camera, and what is asked of it. The camera does what it can: the size and rate nearest to the wishes are taken, the
-/// size first.
+/// A camera and the settings requested from it. The size and rate nearest to the requested ones are used; the size has
+/// priority.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -55,43 +56,46 @@ pub enum DeviceEncoding {
 ///     device: DeviceId::Name("C920".into()),
 ///     size: Some(UVec2::new(1280, 720)),
 ///     exposure: DeviceExposure::Seconds(0.02),
-///     // and now and then 2.5 and 0.2 ms, for the lamps
+///     // every two seconds also 2.5 and 0.2 ms, for lamps that clip otherwise
 ///     shorter_exposures: vec![0.125, 0.01],
 ///     ..default()
 /// };
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DeviceOptions {
-    /// Which camera. Defaults to the first one.
+    /// The camera. Defaults to the first one.
     pub device: DeviceId,
-    /// Wished width and height in pixels; a zero counts as one. Defaults to `None`: 640 × 480.
+    /// Requested width and height in pixels; zero counts as one. Defaults to `None`: 640 × 480.
     pub size: Option<UVec2>,
-    /// Wished pictures per second; values that are not positive numbers count as `None`. Defaults to `None`: 30.
+    /// Requested frames per second. Values that are not finite and positive count as `None`. Defaults to `None`: 30.
     pub frame_rate: Option<f32>,
-    /// How pictures travel. A camera that cannot do it sends as it can. Defaults to [`DeviceEncoding::Any`].
+    /// Requested encoding. A camera that does not support it uses another one. Defaults to [`DeviceEncoding::Any`].
     pub encoding: DeviceEncoding,
-    /// How long the sensor collects light. Defaults to [`DeviceExposure::Unchanged`].
+    /// Exposure time. Defaults to [`DeviceExposure::Unchanged`].
     pub exposure: DeviceExposure,
-    /// Shorter exposures that the camera takes in between, as shares of the usual one, above 0 and below 1, which has to be
-    /// [`DeviceExposure::Seconds`]. They show how bright lamps are that the usual one clips
-    /// ([`BracketedFrames`](crate::camera::BracketedFrames)) and are not shown. Defaults to none.
+    /// Exposure bracketing: shorter exposures that the camera takes in between, as fractions of the usual one, above 0
+    /// and below 1. The usual exposure has to be [`DeviceExposure::Seconds`]. The additional frames resolve lamps that
+    /// clip at the usual exposure ([`BracketedFrames`](crate::camera::BracketedFrames)); they are not shown. Defaults to
+    /// none.
     ///
-    /// Every two seconds each of them is taken once. Cameras change their exposure some pictures late, so that five pictures for each and
-    /// four more are not shown: with one of them at 30 pictures per second the picture stands still for 0.3 s. Turn automatic white balance
-    /// and gain off. Under lamps that flicker with the mains (100 or 120 times a second) exposures shorter than a period catch them at
-    /// any brightness; such pictures are ignored where the marker's paper shows it by a quarter or more.
+    /// Each shorter exposure is taken once every two seconds. Cameras apply a change of exposure some frames late, so
+    /// that five frames for each shorter exposure and four more are not shown: with one of them at 30 frames per
+    /// second, the image freezes for 0.3 s. Turn automatic white balance and gain off. Under lamps that flicker with
+    /// the mains (100 or 120 times per second), exposures shorter than one period can catch any phase of it; such
+    /// frames are ignored if the brightness of the marker's paper deviates by a quarter or more.
     ///
-    /// Linux only; elsewhere, or where the camera refuses, a warning says so and all pictures have the usual exposure.
+    /// Linux only. On other systems, or if the camera refuses, a warning is logged and all frames have the usual
+    /// exposure.
     pub shorter_exposures: Vec<f32>,
 }
 
-/// Wished size where the game has none: every webcam has it, and marker detection is fast.
+/// Requested size if the game requests none: every webcam supports it, and marker detection is fast.
 const DEFAULT_SIZE: UVec2 = UVec2::new(640, 480);
-/// Wished pictures per second where the game has no wish.
+/// Requested frames per second if the game requests none.
 const DEFAULT_FRAME_RATE: f32 = 30.0;
 
 impl From<u32> for DeviceOptions {
-    /// The camera with this number, as it likes.
+    /// Returns options for the camera with this number, with defaults for everything else.
     fn from(index: u32) -> Self {
         Self { device: DeviceId::Index(index), ..default() }
     }
@@ -107,25 +111,27 @@ impl DeviceOptions {
     }
 }
 
-/// A camera that is connected.
+/// A connected camera.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct DeviceInfo {
-    /// The number the system gives it now.
+    /// Current number of the camera in the system.
     pub index: u32,
-    /// What its driver calls it. Two cameras of the same make have the same name.
+    /// Name given by the driver. Two cameras of the same model have the same name.
     pub name: String,
 }
 
-/// The cameras that are connected, in the order of their numbers; empty if there are none or the system does not say.
+/// Lists the connected cameras in the order of their numbers. The list is empty if there are none or the system does
+/// not report them.
 ///
-/// Takes a few milliseconds. A camera that another program uses is listed too.
+/// Takes a few milliseconds. Cameras that another program uses are listed too.
 pub fn list_devices() -> Vec<DeviceInfo> {
     let mut devices = catch_unwind(source::list).unwrap_or_default();
     devices.sort_by_key(|device| device.index);
     devices
 }
 
-/// The camera that is meant. One that was found before is found again by its name, at its old number if it is there twice.
+/// Returns the camera with the given identification. A camera that was found before (`known`) is found again by its
+/// name; if several cameras have that name, the one with the old number is preferred.
 pub(super) fn find<'a>(devices: &'a [DeviceInfo], id: &DeviceId, known: Option<&DeviceInfo>) -> Option<&'a DeviceInfo> {
     if let Some(known) = known {
         let same_name = || devices.iter().filter(|device| device.name == known.name);
@@ -141,7 +147,7 @@ pub(super) fn find<'a>(devices: &'a [DeviceInfo], id: &DeviceId, known: Option<&
     }
 }
 
-/// Says that the camera that is meant is not there, and which ones are.
+/// Returns a message that the camera is missing, with a list of the connected ones.
 pub(super) fn missing(devices: &[DeviceInfo], id: &DeviceId, known: Option<&DeviceInfo>) -> String {
     let wanted = match (known, id) {
         (Some(known), _) => format!("the camera \"{}\" is gone", known.name),

@@ -1,11 +1,11 @@
-//! Which of a camera's modes is used.
+//! Pixel formats, raw frames and modes of cameras, and the choice of a mode.
 
 use super::devices::{DeviceEncoding, DeviceOptions};
 use bevy::prelude::*;
-use std::cmp::Ordering;
+use std::{cmp::Ordering, time::Instant};
 
-/// How a camera encodes its pictures. The order is the order of preference at equal size and rate: uncompressed before
-/// JPEG, whose blocks soften corners and colors, and gray last, since light without color is half a measurement.
+/// Encoding of a camera's frames. The order is the order of preference at equal size and rate: uncompressed before
+/// JPEG, whose blocks soften corners and colors; gray last, because light without color is half a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::camera) enum PixelFormat {
     /// `Y'CbCr` 4:2:2, two pixels in four bytes: Y'₀ Cb Y'₁ Cr.
@@ -16,14 +16,14 @@ pub(in crate::camera) enum PixelFormat {
     Rgb,
     /// Blue, green, red; one byte each.
     Bgr,
-    /// One JPEG a picture.
+    /// One JPEG per frame.
     Mjpeg,
-    /// One byte of luma a pixel.
+    /// One byte of luma per pixel.
     Gray,
 }
 
 impl PixelFormat {
-    /// What the format is called in the system's tools.
+    /// Name of the format in the system's tools.
     pub(in crate::camera) fn name(self) -> &'static str {
         match self {
             Self::Yuyv => "YUYV",
@@ -48,7 +48,40 @@ impl PixelFormat {
     }
 }
 
-/// Pictures per second as the drivers have it: whole pictures in whole seconds (15 / 2 is 7.5).
+/// An encoded frame as the driver delivered it.
+pub(super) struct RawFrame<'a> {
+    /// The bytes that arrived, which may be fewer than a whole frame.
+    pub(super) bytes: &'a [u8],
+    pub(super) format: PixelFormat,
+    pub(super) size: UVec2,
+    /// Bytes from one row to the next; a value less than a row means that rows are not padded.
+    pub(super) stride: usize,
+}
+
+/// A raw frame with what the camera's source knows about it.
+pub(super) struct SourceFrame<'a> {
+    pub(super) raw: RawFrame<'a>,
+    /// When the frame was captured, or when it arrived where no plausible time stamp exists.
+    pub(super) at: Instant,
+    /// Whether the driver reports an error in this frame. Always `false` where `nokhwa` is used, which does not report
+    /// it.
+    pub(super) is_marked_damaged: bool,
+}
+
+/// Why a frame cannot be used.
+#[derive(thiserror::Error, Clone, Debug, PartialEq, Eq)]
+pub(super) enum DecodeError {
+    #[error("the picture is empty")]
+    Empty,
+    #[error("only {got} of {expected} bytes arrived")]
+    Short { expected: usize, got: usize },
+    #[error("the JPEG is damaged: {0}")]
+    Jpeg(String),
+    #[error("the driver marked it as damaged")]
+    Marked,
+}
+
+/// Frame rate in the form that drivers use: a whole number of frames in a whole number of seconds (15 / 2 is 7.5).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct FrameRate {
     pub(super) frames: u32,
@@ -65,22 +98,22 @@ impl FrameRate {
     }
 }
 
-/// Something a camera can do.
+/// A combination of format, size and rate that a camera supports.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Mode {
     pub(super) format: PixelFormat,
     pub(super) size: UVec2,
-    /// `None` if the driver does not say.
+    /// `None` if the driver does not report it.
     pub(super) rate: Option<FrameRate>,
 }
 
-/// Rates this near to the wish are as good as the wish: 29.97 is 30. Relative.
-const SAME_RATE: f32 = 0.05;
-/// Cost of a rate the driver does not tell: that of one about a third off.
+/// Largest relative difference at which a rate counts as equal to the requested one: 29.97 is as good as 30.
+const MAX_RATE_DIFFERENCE: f32 = 0.05;
+/// Cost of a rate that the driver does not report: that of a rate about a third off.
 const UNKNOWN_RATE_COST: f32 = 0.3;
 
-/// The mode with the wished encoding, if there is one, the nearest size, then the nearest rate, then the best format.
-/// Distances are ratios, so that half is as far as double.
+/// Chooses the mode with the requested encoding if there is one, then the nearest size, then the nearest rate, then the
+/// preferred format. Distances are ratios, so that half is as far as double.
 pub(super) fn choose(modes: &[Mode], options: &DeviceOptions) -> Option<Mode> {
     let (size, frame_rate) = (options.wished_size(), options.wished_frame_rate());
     let is_other_encoding = |mode: &Mode| match options.encoding {
@@ -95,7 +128,7 @@ pub(super) fn choose(modes: &[Mode], options: &DeviceOptions) -> Option<Mode> {
     };
     let rate_cost = |mode: &Mode| match mode.rate {
         None => UNKNOWN_RATE_COST,
-        Some(rate) if ratio(rate.per_second(), frame_rate) <= SAME_RATE => 0.0,
+        Some(rate) if ratio(rate.per_second(), frame_rate) <= MAX_RATE_DIFFERENCE => 0.0,
         Some(rate) => ratio(rate.per_second(), frame_rate),
     };
     let order = |a: &Mode, b: &Mode| -> Ordering {

@@ -1,29 +1,30 @@
-//! One picture of a Motion-JPEG camera to RGBA.
+//! Decoding of Motion-JPEG frames to RGBA.
 //!
-//! Decoders patch up damaged JPEGs with gray or old rows, which is kind to viewers and wrong for measuring: here a damaged
-//! picture is refused: one without its end mark, and one that the decoder's strict mode complains about.
+//! Most decoders fill the missing parts of damaged JPEGs with gray or old rows. That suits viewers and falsifies
+//! measurements, so that damaged frames are rejected here: those without an end mark, and those on which the decoder's
+//! strict mode fails.
 
-use super::decode::DecodeError;
+use super::format::DecodeError;
 use crate::camera::FramePixels;
 use bevy::prelude::*;
 use std::borrow::Cow;
 use zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
 use zune_jpeg::JpegDecoder;
 
-/// Decodes a JPEG that has to have the given size.
+/// Decodes a JPEG, which must have the given size.
 pub(super) fn decode(bytes: &[u8], size: UVec2) -> Result<FramePixels, DecodeError> {
     let damaged = |what: &str| DecodeError::Jpeg(what.to_owned());
     let layout = Layout::find(bytes).ok_or_else(|| damaged("it has no picture in it"))?;
     let scan_end = layout.scan_end.ok_or_else(|| damaged("it is cut off"))?;
-    // Without the end mark: where it comes too early the decoder would go on in gray without a word. It complains about
-    // missing bytes from row to row of blocks, so that a hole that begins in the last one is not noticed.
-    let picture = with_huffman_tables(&bytes[..scan_end], layout.has_huffman_tables);
+    // The end mark is cut off: if it comes too early, the decoder would silently continue in gray. The decoder reports
+    // missing bytes once per row of blocks, so that a gap that begins in the last row stays undetected.
+    let jpeg = with_huffman_tables(&bytes[..scan_end], layout.has_huffman_tables);
     let options = DecoderOptions::new_fast()
         .set_strict_mode(true)
         .set_max_width(size.x as usize)
         .set_max_height(size.y as usize)
         .jpeg_set_out_colorspace(ColorSpace::RGBA);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&*picture), options);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&*jpeg), options);
     decoder.decode_headers().map_err(|error| damaged(&error.to_string()))?;
     if decoder.dimensions() != Some((size.x as usize, size.y as usize)) {
         return Err(damaged("it has another size than the camera said"));
@@ -39,17 +40,18 @@ pub(super) fn decode(bytes: &[u8], size: UVec2) -> Result<FramePixels, DecodeErr
     FramePixels::new(size, pixels).ok_or_else(|| damaged("pixels are missing"))
 }
 
-/// Where the parts of a JPEG are.
+/// Positions of the parts of a JPEG that matter here.
 #[derive(Debug, PartialEq, Eq)]
 struct Layout {
     has_huffman_tables: bool,
-    /// Where the end mark is; `None` if the picture is cut off.
+    /// Position of the end mark; `None` if the JPEG is cut off.
     scan_end: Option<usize>,
 }
 
 impl Layout {
-    /// Walks over the segments (ITU-T T.81, annex B) up to the start of the scan. The end mark cannot occur within a scan,
-    /// but it may within a thumbnail in an earlier segment, and some cameras fill their buffers with rubbish behind it.
+    /// Walks over the segments (ITU-T T.81, annex B) up to the start of the scan. The end mark cannot occur within a
+    /// scan, but it can occur in a thumbnail in an earlier segment, and some cameras fill the buffer behind it with
+    /// garbage.
     fn find(bytes: &[u8]) -> Option<Self> {
         const START_OF_SCAN: u8 = 0xDA;
         const HUFFMAN_TABLES: u8 = 0xC4;
@@ -75,8 +77,9 @@ impl Layout {
     }
 }
 
-/// Many webcams leave the Huffman tables out, as the AVI container's Motion-JPEG does: the ones of T.81 annex K are meant.
-/// The decoder puts them in where an `AVI1` segment says that this is such a picture.
+/// Returns the JPEG with an `AVI1` segment if its Huffman tables are missing. Many webcams omit them, as Motion-JPEG in
+/// AVI containers does, and mean the tables of T.81 annex K. The decoder inserts those where it finds an `AVI1`
+/// segment.
 fn with_huffman_tables(bytes: &[u8], has_them: bool) -> Cow<'_, [u8]> {
     const AVI1: [u8; 11] = [0xFF, 0xE0, 0, 9, b'A', b'V', b'I', b'1', 0, 0, 0];
     if has_them {
@@ -91,30 +94,30 @@ mod tests {
     use image::codecs::jpeg::JpegEncoder;
 
     const SIZE: UVec2 = UVec2::new(64, 48);
-    /// Steps of 255 that compression at this quality may cost on a smooth picture.
-    const JPEG_STEPS: u8 = 6;
+    /// Largest error, in steps of 255, of compression at this quality on a smooth image.
+    const MAX_JPEG_ERROR: u8 = 6;
 
-    /// A smooth picture: red grows to the right, green downward.
+    /// A smooth image: red increases to the right, green downward.
     fn sample() -> Vec<u8> {
-        let picture = image::RgbImage::from_fn(SIZE.x, SIZE.y, |x, y| image::Rgb([4 * x as u8, 5 * y as u8, 90]));
+        let image = image::RgbImage::from_fn(SIZE.x, SIZE.y, |x, y| image::Rgb([4 * x as u8, 5 * y as u8, 90]));
         let mut jpeg = Vec::new();
-        JpegEncoder::new_with_quality(&mut jpeg, 95).encode_image(&picture).unwrap();
+        JpegEncoder::new_with_quality(&mut jpeg, 95).encode_image(&image).unwrap();
         jpeg
     }
 
     #[test]
-    fn a_whole_picture_comes_out_as_it_was() {
+    fn a_whole_image_comes_out_as_it_was() {
         let pixels = decode(&sample(), SIZE).unwrap();
         for (x, y) in [(0, 0), (63, 0), (0, 47), (40, 20)] {
             let is = pixels.rgb8(x, y);
             let was = [4 * x as u8, 5 * y as u8, 90];
-            assert!(is.iter().zip(was).all(|(a, b)| a.abs_diff(b) <= JPEG_STEPS), "{is:?} {was:?}");
+            assert!(is.iter().zip(was).all(|(a, b)| a.abs_diff(b) <= MAX_JPEG_ERROR), "{is:?} {was:?}");
         }
         assert!(pixels.rgba.chunks(4).all(|pixel| pixel[3] == 255));
     }
 
     #[test]
-    fn a_picture_cut_anywhere_is_refused() {
+    fn an_image_cut_anywhere_is_refused() {
         let jpeg = sample();
         for length in 0..jpeg.len() {
             assert!(decode(&jpeg[..length], SIZE).is_err(), "{length} of {}", jpeg.len());
@@ -122,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_that_ends_too_early_is_refused_even_with_its_end_mark() {
+    fn an_image_that_ends_too_early_is_refused_even_with_its_end_mark() {
         let jpeg = sample();
         let mut cut = jpeg[..jpeg.len() - jpeg.len() / 4].to_vec();
         cut.extend([0xFF, 0xD9]);
@@ -148,9 +151,9 @@ mod tests {
 
     #[test]
     fn gray_jpegs_are_gray() {
-        let picture = image::GrayImage::from_pixel(SIZE.x, SIZE.y, image::Luma([77]));
+        let image = image::GrayImage::from_pixel(SIZE.x, SIZE.y, image::Luma([77]));
         let mut jpeg = Vec::new();
-        JpegEncoder::new(&mut jpeg).encode_image(&picture).unwrap();
+        JpegEncoder::new(&mut jpeg).encode_image(&image).unwrap();
         assert!(decode(&jpeg, SIZE).unwrap().rgba.chunks(4).all(|pixel| pixel == [77, 77, 77, 255]));
     }
 

@@ -1,11 +1,10 @@
 //! Cameras on Windows and macOS, through `nokhwa`.
 //!
-//! Not tested on these systems; the same code takes pictures on Linux.
+//! Not tested on these systems. The same code captures frames on Linux.
 
 use super::{
-    decode::RawPicture,
     devices::{DeviceExposure, DeviceInfo, DeviceOptions},
-    format::{FrameRate, Mode, PixelFormat, choose},
+    format::{FrameRate, Mode, PixelFormat, RawFrame, SourceFrame, choose},
     stream::WebcamStream,
 };
 use bevy::prelude::*;
@@ -15,10 +14,10 @@ use nokhwa::{
 };
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Longest plausible age of a picture on arrival. Older stamps are of another clock.
-const LONGEST_AGE: Duration = Duration::from_secs(10);
+/// Largest plausible age of a frame on arrival. Older time stamps are from another clock.
+const MAX_FRAME_AGE: Duration = Duration::from_secs(10);
 
-/// The cameras that the system knows.
+/// Lists the cameras that the system knows.
 pub(super) fn list() -> Vec<DeviceInfo> {
     ask_for_permission();
     let camera = |info: nokhwa::utils::CameraInfo| {
@@ -27,14 +26,14 @@ pub(super) fn list() -> Vec<DeviceInfo> {
     query(ApiBackend::Auto).unwrap_or_default().into_iter().filter_map(camera).collect()
 }
 
-/// macOS gives no camera to a program whose user has not been asked. The answer is found at the next look.
+/// Asks the user for access to cameras, which macOS requires. The answer takes effect at the next search.
 fn ask_for_permission() {
     if !nokhwa::nokhwa_check() {
         nokhwa::nokhwa_initialize(|_| {});
     }
 }
 
-/// A camera that delivers.
+/// An open camera that delivers frames.
 pub(super) struct Source {
     camera: Camera,
     info: DeviceInfo,
@@ -42,16 +41,8 @@ pub(super) struct Source {
     newest: Option<Buffer>,
 }
 
-/// A picture as the library copied it.
-pub(super) struct SourcePicture<'a> {
-    pub(super) raw: RawPicture<'a>,
-    pub(super) at: Instant,
-    /// The library does not say.
-    pub(super) is_marked_damaged: bool,
-}
-
 impl Source {
-    /// Opens the camera and starts it in the mode that is nearest to the wishes.
+    /// Opens the camera and starts it in the mode that is nearest to the requested one.
     pub(super) fn open(info: &DeviceInfo, options: &DeviceOptions) -> Result<Self, String> {
         let failed = |what: &'static str| move |error: NokhwaError| describe(info, what, &error);
         let known = FORMATS.map(|(format, _)| format);
@@ -85,25 +76,20 @@ impl Source {
         &self.stream
     }
 
-    /// Changes the exposure to another step of the rounds: there is only one here.
+    /// Changes the exposure to another step of the bracket. Does nothing, because there is only one step here.
     pub(super) fn change_exposure(&mut self, _step: usize) -> Result<(), String> {
         Ok(())
     }
 
-    /// Waits for the next picture, however long that takes: the library has no limit.
-    pub(super) fn next(&mut self, _limit: Duration) -> Result<Option<SourcePicture<'_>>, String> {
+    /// Waits for the next frame without a time limit, because the library has none.
+    pub(super) fn next(&mut self, _limit: Duration) -> Result<Option<SourceFrame<'_>>, String> {
         let buffer = self.camera.frame().map_err(|error| describe(&self.info, "stopped", &error))?;
         let buffer = self.newest.insert(buffer);
         let (size, format) = (buffer.resolution(), buffer.source_frame_format());
         let format = FORMATS.iter().find(|(theirs, _)| *theirs == format).map(|&(_, ours)| ours);
         let at = taken_at(buffer);
-        Ok(format.map(|format| SourcePicture {
-            raw: RawPicture {
-                bytes: buffer.buffer(),
-                format,
-                size: UVec2::new(size.width(), size.height()),
-                stride: 0,
-            },
+        Ok(format.map(|format| SourceFrame {
+            raw: RawFrame { bytes: buffer.buffer(), format, size: UVec2::new(size.width(), size.height()), stride: 0 },
             at,
             is_marked_damaged: false,
         }))
@@ -129,15 +115,16 @@ fn mode(theirs: &CameraFormat) -> Option<Mode> {
     Some(Mode { format, size, rate: FrameRate::new(theirs.frame_rate(), 1) })
 }
 
-/// The library's stamps are times of the day, where it has any.
+/// Returns when the frame was captured: the library's time stamp, which is a time of day, if it is plausible, otherwise
+/// the time of arrival.
 fn taken_at(buffer: &Buffer) -> Instant {
     let arrived = Instant::now();
     let taken = buffer.capture_timestamp().map(|since_epoch| UNIX_EPOCH + since_epoch);
     let age = taken.and_then(|taken| SystemTime::now().duration_since(taken).ok()).unwrap_or_default();
-    if age > LONGEST_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
+    if age > MAX_FRAME_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
 }
 
-/// What happened to the camera, and what to do.
+/// Returns a message that says what happened to the camera and what to do.
 fn describe(info: &DeviceInfo, what: &str, error: &NokhwaError) -> String {
     format!(
         "the camera \"{}\" (number {}) {what}: {error}. Close other programs that use it, allow cameras in the system's \

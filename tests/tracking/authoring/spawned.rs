@@ -127,7 +127,7 @@ fn a_spawned_mistake_names_the_file_and_spares_the_rest() {
     assert_eq!(
         texts,
         ["spawned_mistake.gltf, node \"ball\": LightProbeSphere.radius is 0, which is not accepted; write a number \
-          above 0 (metres), or leave it out for the default"]
+          above 0 (meters), or leave it out for the default"]
     );
 }
 

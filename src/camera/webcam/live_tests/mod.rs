@@ -1,7 +1,8 @@
 //! Tests against real drivers: vivid, the kernel's virtual camera, and the USB video driver with an emulated webcam.
 //!
-//! They skip with a printed reason where there is none, and run in a small virtual machine: `scripts/test_webcam.sh`. There
-//! `MIRRORBALL_USB_CAMERA` names the emulator, and `MIRRORBALL_REQUIRE_CAMERA` turns a skip into a failure.
+//! Without these drivers the tests are skipped with a printed reason. `scripts/test_webcam.sh` runs them in a small
+//! virtual machine, where `MIRRORBALL_USB_CAMERA` names the emulator and `MIRRORBALL_REQUIRE_CAMERA` turns a skip into
+//! a failure.
 
 mod usb;
 mod vivid;
@@ -18,10 +19,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// The virtual machine is slow; nothing that works takes as long.
-const LONG: Duration = Duration::from_secs(20);
+/// Longest wait for anything in the slow virtual machine. Nothing that works takes as long.
+const MAX_WAIT: Duration = Duration::from_secs(20);
 
-/// One camera at a time.
+/// Lock that lets one test at a time use a camera.
 static CAMERA: Mutex<()> = Mutex::new(());
 
 fn skip<T>(reason: &str) -> Option<T> {
@@ -56,7 +57,7 @@ fn wait_for_lost(webcam: &Webcam, limit: Duration) -> String {
 
 fn wait_for_playing(webcam: &Webcam) -> WebcamStream {
     let mut playing = None;
-    wait_until(LONG, || {
+    wait_until(MAX_WAIT, || {
         if let WebcamStatus::Playing(stream) = webcam.status() {
             playing = Some(stream);
         }
@@ -68,7 +69,7 @@ fn wait_for_playing(webcam: &Webcam) -> WebcamStream {
 fn next(webcam: &Webcam) -> Captured {
     let mut captured = None;
     assert!(
-        wait_until(LONG, || {
+        wait_until(MAX_WAIT, || {
             captured = webcam.take();
             captured.is_some()
         }),

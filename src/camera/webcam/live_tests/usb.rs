@@ -10,24 +10,24 @@ use std::{
 
 const USB_CAMERA: &str = "Emulated UVC Camera";
 
-/// The emulated USB camera; killing its process unplugs it.
+/// The emulated USB camera. Killing its process unplugs it.
 struct UsbCamera {
     process: Child,
     _guard: MutexGuard<'static, ()>,
 }
 
 impl UsbCamera {
-    /// Options of the emulator and names of the pictures that it sends in turn.
+    /// Starts the emulator. The arguments are its options and the names of the images that it sends in turn.
     fn plug_in(arguments: &[&str]) -> Option<Self> {
         let guard = CAMERA.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(program) = env::var_os("MIRRORBALL_USB_CAMERA") else {
             return skip("MIRRORBALL_USB_CAMERA does not name the emulated camera");
         };
         let folder = env::temp_dir().join("mirrorball_usb_camera");
-        write_pictures(&folder);
+        write_images(&folder);
         let process = Command::new(program).args(arguments).current_dir(folder).spawn().expect("the emulator starts");
         let camera = Self { process, _guard: guard };
-        assert!(wait_until(LONG, || list_devices().iter().any(|device| device.name.contains(USB_CAMERA))));
+        assert!(wait_until(MAX_WAIT, || list_devices().iter().any(|device| device.name.contains(USB_CAMERA))));
         Some(camera)
     }
 
@@ -41,18 +41,18 @@ impl Drop for UsbCamera {
     fn drop(&mut self) {
         self.process.kill().expect("the emulator runs");
         self.process.wait().expect("the emulator ends");
-        wait_until(LONG, || list_devices().iter().all(|device| !device.name.contains(USB_CAMERA)));
+        wait_until(MAX_WAIT, || list_devices().iter().all(|device| !device.name.contains(USB_CAMERA)));
     }
 }
 
-/// Three pictures of one scene, a white one, one cut off and rubbish.
-fn write_pictures(folder: &Path) {
+/// Writes three images of one scene, a white one, a truncated one and garbage.
+fn write_images(folder: &Path) {
     fs::create_dir_all(folder).expect("is writable");
     let write = |name: &str, bytes: &[u8]| fs::write(folder.join(name), bytes).expect("is writable");
     let encoded = |color: &dyn Fn(u32, u32) -> [u8; 3]| {
         let mut jpeg = Vec::new();
-        let picture = image::RgbImage::from_fn(640, 480, |x, y| image::Rgb(color(x, y)));
-        JpegEncoder::new_with_quality(&mut jpeg, 75).encode_image(&picture).expect("is encoded");
+        let image = image::RgbImage::from_fn(640, 480, |x, y| image::Rgb(color(x, y)));
+        JpegEncoder::new_with_quality(&mut jpeg, 75).encode_image(&image).expect("is encoded");
         jpeg
     };
     for (name, shift) in [("f1.jpg", 0), ("f2.jpg", 40), ("f3.jpg", 80)] {
@@ -78,18 +78,19 @@ fn a_usb_camera_sends_jpegs_and_takes_a_fixed_exposure() {
     assert!(next(&webcam).pixels.rgba != first.pixels.rgba);
     let dark = mean_rgb(&first);
     drop(webcam);
-    // The emulated camera shows white from a tenth of a second on.
+    // The emulated camera is white at exposures of a tenth of a second and longer.
     let webcam = Webcam::open(DeviceOptions { exposure: DeviceExposure::Seconds(0.12), ..UsbCamera::options() });
     let bright = mean_rgb(&next(&webcam));
     assert_eq!(wait_for_playing(&webcam).exposure, Some(0.12));
     assert!(bright.min_element() > 250.0 && dark.max_element() < 200.0, "{bright} {dark}");
 }
 
-/// Pictures of the usual exposure in which the rounds are watched; at 30 per second, three rounds and more.
-const WATCHED: usize = 150;
+/// Number of frames of the usual exposure during which the rounds are observed; at 30 per second, at least three
+/// rounds.
+const WATCHED_FRAMES: usize = 150;
 
 #[test]
-fn a_series_of_exposures_is_sorted_rightly_however_late_the_camera_is() {
+fn an_exposure_bracket_is_sorted_correctly_however_late_the_camera_is() {
     for late in ["0", "3"] {
         let Some(_camera) = UsbCamera::plug_in(&["-L", late, "-b", "bright.jpg", "f1.jpg", "f2.jpg", "f3.jpg"]) else {
             return;
@@ -101,10 +102,10 @@ fn a_series_of_exposures_is_sorted_rightly_however_late_the_camera_is() {
         };
         let webcam = Webcam::open(options);
         let (mut usual, mut shorter) = (0, Vec::new());
-        while usual < WATCHED {
+        while usual < WATCHED_FRAMES {
             let bright = next(&webcam);
             usual += 1 + bright.dropped as usize;
-            // The emulated camera shows white from a tenth of a second on.
+            // The emulated camera is white at exposures of a tenth of a second and longer.
             assert!(bright.exposure == 1.0 && mean_rgb(&bright).min_element() > 250.0, "{}", mean_rgb(&bright));
             for dark in webcam.take_shorter() {
                 assert!(mean_rgb(&dark).max_element() < 200.0, "{} at {}", mean_rgb(&dark), dark.exposure);
@@ -127,24 +128,24 @@ fn damaged_jpegs_are_dropped_and_counted() {
     let mut dropped = 0;
     let mut means = Vec::new();
     for _ in 0..10 {
-        let picture = next(&webcam);
-        dropped += picture.dropped;
-        means.push(mean_rgb(&picture));
+        let frame = next(&webcam);
+        dropped += frame.dropped;
+        means.push(mean_rgb(&frame));
     }
     assert!(dropped >= 8, "{dropped}");
-    // Whole pictures of one scene are alike; half gray ones are not.
+    // Intact frames of one scene are alike; half gray ones are not.
     assert!(means.iter().all(|mean| mean.distance(means[0]) < 5.0), "{means:?}");
     drop((webcam, camera));
     let Some(_camera) = UsbCamera::plug_in(&["junk.jpg", "cut.jpg"]) else {
         return;
     };
     let webcam = Webcam::open(UsbCamera::options());
-    let text = wait_for_lost(&webcam, LONG);
+    let text = wait_for_lost(&webcam, MAX_WAIT);
     assert!(text.contains("damaged") && webcam.take().is_none(), "{text}");
 }
 
 #[test]
-fn empty_pictures_are_dropped() {
+fn empty_frames_are_dropped() {
     let Some(_camera) = UsbCamera::plug_in(&["-E", "2", "f1.jpg", "f2.jpg"]) else {
         return;
     };
@@ -156,15 +157,15 @@ fn empty_pictures_are_dropped() {
 
 #[test]
 fn an_unplugged_usb_camera_is_found_again_by_its_name() {
-    let pictures = &["f1.jpg", "f2.jpg", "f3.jpg"];
-    let Some(camera) = UsbCamera::plug_in(pictures) else {
+    let images = &["f1.jpg", "f2.jpg", "f3.jpg"];
+    let Some(camera) = UsbCamera::plug_in(images) else {
         return;
     };
     let webcam = Webcam::open(UsbCamera::options());
     wait_for_playing(&webcam);
     drop(camera);
     wait_for_lost(&webcam, Duration::from_secs(2));
-    let Some(_camera) = UsbCamera::plug_in(pictures) else {
+    let Some(_camera) = UsbCamera::plug_in(images) else {
         return;
     };
     webcam.take();

@@ -8,7 +8,8 @@ const VIVID_DRIVER: &str = "/sys/bus/platform/drivers/vivid";
 /// The control of vivid that stalls it at 100.
 const DROPPED: &str = "Percentage of Dropped Buffers";
 
-/// vivid, if it is loaded. Plugged in again and healed when it goes out of scope, whatever became of the test.
+/// The driver vivid, if it is loaded. When dropped, it is plugged in again and its settings are restored, whatever the
+/// result of the test.
 struct Vivid(#[expect(dead_code, reason = "held")] MutexGuard<'static, ()>);
 
 impl Vivid {
@@ -52,14 +53,14 @@ impl Drop for Vivid {
 }
 
 #[test]
-fn thirty_distinct_pictures_come_with_rising_times() {
+fn thirty_distinct_frames_come_with_rising_times() {
     let Some(_vivid) = Vivid::get() else {
         return;
     };
     let webcam = Webcam::open(Vivid::options());
     let mut last = next(&webcam);
     assert_eq!(last.pixels.size, UVec2::new(640, 480));
-    // vivid's color bars at their default brightness, as another decoder saw them.
+    // Mean of vivid's color bars at their default brightness, from another decoder.
     let mean = mean_rgb(&last);
     assert!(mean.abs_diff_eq(Vec3::new(84.5, 80.6, 87.3), 2.0), "{mean}");
     for _ in 0..30 {
@@ -97,7 +98,7 @@ fn a_camera_that_is_not_there_is_lost_and_the_remedy_is_named() {
     };
     for device in [DeviceId::Index(63), DeviceId::Name("no such camera".to_owned())] {
         let webcam = Webcam::open(DeviceOptions { device, ..default() });
-        let text = wait_for_lost(&webcam, LONG);
+        let text = wait_for_lost(&webcam, MAX_WAIT);
         assert!(text.contains("Connect it") && text.contains("vivid"), "{text}");
         assert!(webcam.take().is_none());
     }
@@ -137,12 +138,12 @@ fn a_stalled_camera_is_lost_and_recovers_by_itself() {
     assert!(text.contains("no picture from"), "{text}");
     wait_for_playing(&webcam);
     next(&webcam);
-    // One that stalls for long is opened again.
+    // A camera that stalls for long is opened again.
     vivid.set(DROPPED, 100);
     let text = wait_for_lost(&webcam, Duration::from_secs(4));
     assert!(text.contains("for 2 s"), "{text}");
     let is_reopened =
-        wait_until(LONG, || matches!(webcam.status(), WebcamStatus::Lost(text) if text.contains("for 10 s")));
+        wait_until(MAX_WAIT, || matches!(webcam.status(), WebcamStatus::Lost(text) if text.contains("for 10 s")));
     vivid.set(DROPPED, 0);
     assert!(is_reopened);
     wait_for_playing(&webcam);
@@ -160,11 +161,11 @@ fn errors_of_the_driver_are_healed() {
     wait_for_playing(&webcam);
     drop(webcam);
     for error in ["Inject VIDIOC_REQBUFS Error", "Inject VIDIOC_QBUF Error", "Inject VIDIOC_STREAMON Error"] {
-        // The thread of the webcam before may still be closing the camera.
+        // The thread of the previous webcam may still be closing the camera.
         sleep(Duration::from_millis(300));
         vivid.set(error, 1);
         let webcam = Webcam::open(Vivid::options());
-        wait_for_lost(&webcam, LONG);
+        wait_for_lost(&webcam, MAX_WAIT);
         wait_for_playing(&webcam);
     }
 }
@@ -177,7 +178,7 @@ fn a_busy_camera_says_so_and_plays_when_it_is_free() {
     let first = Webcam::open(Vivid::options());
     wait_for_playing(&first);
     let second = Webcam::open(Vivid::options());
-    let text = wait_for_lost(&second, LONG);
+    let text = wait_for_lost(&second, MAX_WAIT);
     assert!(text.contains("in use"), "{text}");
     next(&first);
     drop(first);
@@ -198,5 +199,5 @@ fn a_camera_may_be_closed_and_opened_many_times() {
         drop(webcam);
         assert!(closing.elapsed() < Duration::from_millis(50));
     }
-    assert!(wait_until(LONG, || open_files() <= before));
+    assert!(wait_until(MAX_WAIT, || open_files() <= before));
 }

@@ -1,4 +1,4 @@
-//! What went wrong with a V4L2 camera, in words that help.
+//! Error messages for V4L2 cameras.
 
 use crate::camera::webcam::devices::DeviceInfo;
 use std::io;
@@ -7,7 +7,7 @@ pub(super) fn title(info: &DeviceInfo) -> String {
     format!("the camera \"{}\" (/dev/video{})", info.name, info.index)
 }
 
-/// What happened to the camera, and what to do.
+/// Returns a message that says what happened to the camera and what to do.
 pub(super) fn describe(info: &DeviceInfo, what: &str, error: &io::Error) -> String {
     const NO_DEVICE: i32 = libc::ENODEV;
     const NO_SPACE: i32 = libc::ENOSPC;

@@ -1,4 +1,4 @@
-//! How long a V4L2 camera collects light.
+//! Exposure time of a V4L2 camera.
 
 use super::errors::{describe, title};
 use crate::camera::webcam::devices::{DeviceExposure, DeviceInfo, DeviceOptions};
@@ -10,37 +10,38 @@ use v4l::{
 };
 
 // Camera class controls, V4L2 "Camera Control Reference".
-const AUTO: u32 = 0x009a_0901;
-const TIME: u32 = 0x009a_0902;
+const EXPOSURE_AUTO: u32 = 0x009a_0901;
+const EXPOSURE_TIME: u32 = 0x009a_0902;
 const MANUAL: i64 = 1;
 const AUTOMATIC: i64 = 0;
 const APERTURE_PRIORITY: i64 = 3;
 /// Unit of the exposure time: 100 µs.
-const PER_SECOND: f32 = 10_000.0;
+const UNITS_PER_SECOND: f32 = 10_000.0;
 
-/// The exposures that a camera takes, in units of its control; the usual one comes first. Empty where it keeps its own.
+/// The exposures that a camera uses, in units of its control; the usual one comes first. Empty if the camera keeps its
+/// own.
 #[derive(Default)]
 pub(super) struct Exposures(Vec<i64>);
 
 impl Exposures {
-    /// Seconds of light of the usual exposure.
+    /// The usual exposure time in seconds.
     pub(super) fn seconds(&self) -> Option<f32> {
-        self.0.first().map(|units| *units as f32 / PER_SECOND)
+        self.0.first().map(|units| *units as f32 / UNITS_PER_SECOND)
     }
 
-    /// The others, as shares of it.
+    /// The shorter exposures, as fractions of the usual one.
     pub(super) fn shorter(&self) -> Vec<f32> {
-        let share = |units: &i64| *units as f32 / self.0[0] as f32;
-        self.0.iter().skip(1).map(share).collect()
+        let fraction = |units: &i64| *units as f32 / self.0[0] as f32;
+        self.0.iter().skip(1).map(fraction).collect()
     }
 
-    /// Changes to one of them.
+    /// Changes the camera to one of the exposures.
     pub(super) fn set(&self, device: &Device, info: &DeviceInfo, step: usize) -> Result<(), String> {
         let Some(&value) = self.0.get(step) else {
             return Ok(());
         };
         let failed = |error: io::Error| describe(info, "does not change its exposure any more", &error);
-        set(device, TIME, value).map_err(failed)
+        set(device, EXPOSURE_TIME, value).map_err(failed)
     }
 }
 
@@ -50,14 +51,14 @@ fn set(device: &Device, id: u32, value: i64) -> io::Result<()> {
 
 /// Sets an exposure time and asks what the camera made of it, both in its units.
 fn set_time(device: &Device, units: i64) -> io::Result<i64> {
-    set(device, TIME, units)?;
-    match device.control(TIME)?.value {
+    set(device, EXPOSURE_TIME, units)?;
+    match device.control(EXPOSURE_TIME)?.value {
         Value::Integer(units) if units > 0 => Ok(units),
         other => Err(io::Error::other(format!("it answers {other:?}"))),
     }
 }
 
-/// Sets the usual exposure, after the shorter ones have been tried, and returns what the camera made of them.
+/// Tries the shorter exposures, then sets the usual one, and returns the values that the camera accepted.
 pub(super) fn expose(device: &Device, info: &DeviceInfo, options: &DeviceOptions) -> Exposures {
     let DeviceOptions { exposure, shorter_exposures, .. } = options;
     let title = title(info);
@@ -67,15 +68,16 @@ pub(super) fn expose(device: &Device, info: &DeviceInfo, options: &DeviceOptions
     let mut exposures = Exposures::default();
     match exposure {
         DeviceExposure::Unchanged => {}
-        // Webcams have a fixed aperture and know only one of the two.
+        // Webcams have a fixed aperture and support only one of the two modes.
         DeviceExposure::Automatic => {
-            let switched = set(device, AUTO, APERTURE_PRIORITY).or_else(|_| set(device, AUTO, AUTOMATIC));
+            let switched =
+                set(device, EXPOSURE_AUTO, APERTURE_PRIORITY).or_else(|_| set(device, EXPOSURE_AUTO, AUTOMATIC));
             let _ = switched.map_err(refused);
         }
         DeviceExposure::Seconds(seconds) => {
-            // Cameras without an automatic have no such switch.
-            let _ = set(device, AUTO, MANUAL);
-            let units = (PER_SECOND * seconds).round().clamp(1.0, i32::MAX as f32) as i64;
+            // Cameras without automatic exposure lack this control.
+            let _ = set(device, EXPOSURE_AUTO, MANUAL);
+            let units = (UNITS_PER_SECOND * seconds).round().clamp(1.0, i32::MAX as f32) as i64;
             exposures.0.extend(set_time(device, units).map_err(refused).ok());
         }
     }
@@ -86,15 +88,18 @@ pub(super) fn expose(device: &Device, info: &DeviceInfo, options: &DeviceOptions
         warn!("{title} takes no shorter exposures: its usual one has to be DeviceExposure::Seconds");
         return exposures;
     };
-    for share in shorter_exposures {
-        let units = ((usual as f32 * share).round() as i64).max(1);
-        let taken =
-            if *share > 0.0 && *share < 1.0 { set_time(device, units) } else { Err(io::Error::other("no share")) };
+    for fraction in shorter_exposures {
+        let units = ((usual as f32 * fraction).round() as i64).max(1);
+        let taken = if *fraction > 0.0 && *fraction < 1.0 {
+            set_time(device, units)
+        } else {
+            Err(io::Error::other("no fraction"))
+        };
         match taken {
             Ok(units) if units < usual => exposures.0.push(units),
-            Ok(_) => warn!("{title} cannot take {share} of its exposure; give a longer usual one"),
+            Ok(_) => warn!("{title} cannot take {fraction} of its exposure; give a longer usual one"),
             Err(error) => {
-                warn!("{title} does not take {share} of its exposure ({error}); give a number above 0 and below 1");
+                warn!("{title} does not take {fraction} of its exposure ({error}); give a number above 0 and below 1");
             }
         }
     }

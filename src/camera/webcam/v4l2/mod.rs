@@ -7,9 +7,8 @@ mod exposure;
 mod modes;
 
 use super::{
-    decode::RawPicture,
     devices::{DeviceInfo, DeviceOptions},
-    format::{FrameRate, choose},
+    format::{FrameRate, RawFrame, SourceFrame, choose},
     stream::WebcamStream,
 };
 use bevy::prelude::*;
@@ -30,12 +29,12 @@ use v4l::{
     video::{Capture, capture::Parameters},
 };
 
-/// Pictures in flight between driver and thread.
-const BUFFERS: u32 = 4;
-/// Longest plausible age of a picture on arrival. Older stamps are of another clock.
-const LONGEST_AGE: Duration = Duration::from_secs(10);
+/// Number of frame buffers shared with the driver.
+const BUFFER_COUNT: u32 = 4;
+/// Largest plausible age of a frame on arrival. Older time stamps are from another clock.
+const MAX_FRAME_AGE: Duration = Duration::from_secs(10);
 
-/// The cameras that can capture. Their metadata nodes, which have the same names, cannot.
+/// Lists the cameras that can capture. Their metadata nodes, which have the same names, cannot and are left out.
 pub(super) fn list() -> Vec<DeviceInfo> {
     let Ok(entries) = fs::read_dir("/sys/class/video4linux") else {
         return Vec::new();
@@ -54,14 +53,14 @@ fn can_capture(index: u32) -> bool {
         // The library panics on names that are not UTF-8.
         Ok(device) => catch_unwind(move || device.query_caps())
             .is_ok_and(|caps| caps.is_ok_and(|caps| caps.capabilities.contains(Capabilities::VIDEO_CAPTURE))),
-        // A camera that may not be opened is one whose remedy the user wants to hear.
+        // A camera that cannot be opened is listed, so that opening it reports the remedy to the user.
         Err(error) => matches!(error.kind(), io::ErrorKind::PermissionDenied | io::ErrorKind::ResourceBusy),
     }
 }
 
-/// A camera that delivers.
+/// An open camera that delivers frames.
 pub(super) struct Source {
-    // Declared first, so that it is dropped first: it gives its buffers back to the device.
+    // Declared before the device, so that it is dropped first: it returns its buffers to the device.
     buffers: MmapStream<'static>,
     device: Device,
     info: DeviceInfo,
@@ -70,16 +69,8 @@ pub(super) struct Source {
     exposures: Exposures,
 }
 
-/// A picture in the driver's memory.
-pub(super) struct SourcePicture<'a> {
-    pub(super) raw: RawPicture<'a>,
-    pub(super) at: Instant,
-    /// The driver says that something is wrong with it.
-    pub(super) is_marked_damaged: bool,
-}
-
 impl Source {
-    /// Opens the camera and starts it in the mode that is nearest to the wishes.
+    /// Opens the camera and starts it in the mode that is nearest to the requested one.
     pub(super) fn open(info: &DeviceInfo, options: &DeviceOptions) -> Result<Self, String> {
         let failed = |what: &str| {
             let info = info.clone();
@@ -92,14 +83,14 @@ impl Source {
             let known = "YUYV, NV12, RGB, BGR, MJPEG or gray";
             format!("{} has no mode in one of the formats {known}. Take another camera", title(info))
         })?;
-        // Set before anything else is asked, since another program may have left any format behind.
+        // Set before anything else is queried, because another program may have left any format behind.
         let wanted = Format::new(mode.size.x, mode.size.y, FourCC::new(fourcc(mode.format)));
         let format = device.set_format(&wanted).map_err(failed("does not take its own mode"))?;
         let size = UVec2::new(format.width, format.height);
         let pixel_format = pixel_format(format.fourcc).filter(|_| size.min_element() > 0).ok_or_else(|| {
             format!("{} gives {} instead of {}. Ask for another size", title(info), format.fourcc, mode.format.name())
         })?;
-        // Drivers without rates refuse; they deliver at their own.
+        // Drivers without adjustable rates refuse this and deliver at their own rate.
         let interval = mode.rate.map(|rate| Fraction::new(rate.seconds, rate.frames));
         let rate = interval.and_then(|interval| device.set_params(&Parameters::new(interval)).ok());
         let rate = rate.or_else(|| device.params().ok()).map(|parameters| parameters.interval);
@@ -121,13 +112,13 @@ impl Source {
         &self.stream
     }
 
-    /// Changes the exposure: to the usual one, step 0, or one of the shorter ones.
+    /// Changes the exposure to the usual one, step 0, or to one of the shorter ones.
     pub(super) fn change_exposure(&mut self, step: usize) -> Result<(), String> {
         self.exposures.set(&self.device, &self.info, step)
     }
 
-    /// Waits for the next picture, but not longer than `limit`.
-    pub(super) fn next(&mut self, limit: Duration) -> Result<Option<SourcePicture<'_>>, String> {
+    /// Waits for the next frame, but not longer than `limit`.
+    pub(super) fn next(&mut self, limit: Duration) -> Result<Option<SourceFrame<'_>>, String> {
         const READABLE: i16 = libc::POLLIN;
         match self.device.handle().poll(READABLE, limit.as_millis() as i32) {
             Ok(0) => return Ok(None),
@@ -137,8 +128,8 @@ impl Source {
         }
         let (bytes, meta) = self.buffers.next().map_err(|error| describe(&self.info, "stopped", &error))?;
         let used = (meta.bytesused as usize).min(bytes.len());
-        Ok(Some(SourcePicture {
-            raw: RawPicture {
+        Ok(Some(SourceFrame {
+            raw: RawFrame {
                 bytes: &bytes[..used],
                 format: self.stream.format,
                 size: self.stream.size,
@@ -150,14 +141,14 @@ impl Source {
     }
 }
 
-/// Hands all buffers but the first to the driver and starts it. The library hands in the one it read last, at first the
-/// first, before it waits for the next picture.
+/// Queues all buffers except the first and starts the stream. Before the library waits for a frame, it queues the
+/// buffer that was read last, which is initially the first one.
 fn start(device: &Device) -> io::Result<MmapStream<'static>> {
-    let mut buffers = MmapStream::with_buffers(device, Type::VideoCapture, BUFFERS)?;
+    let mut buffers = MmapStream::with_buffers(device, Type::VideoCapture, BUFFER_COUNT)?;
     buffers.set_timeout(Duration::from_secs(1));
     CaptureStream::queue(&mut buffers, 1)?;
-    // A driver may give less than it is asked for.
-    for index in 2..BUFFERS as usize {
+    // A driver may allocate fewer buffers than requested.
+    for index in 2..BUFFER_COUNT as usize {
         if CaptureStream::queue(&mut buffers, index).is_err() {
             break;
         }
@@ -166,14 +157,15 @@ fn start(device: &Device) -> io::Result<MmapStream<'static>> {
     Ok(buffers)
 }
 
-/// The driver's stamp where it is of the clock that [`Instant`] uses and neither in the future nor long ago.
+/// Returns when the frame was captured: the driver's time stamp if it is from the clock that [`Instant`] uses and
+/// neither in the future nor long ago, otherwise the time of arrival.
 fn taken_at(meta: &Metadata) -> Instant {
     let arrived = Instant::now();
     if meta.flags & Flags::TIMESTAMP_MASK != Flags::TIMESTAMP_MONOTONIC {
         return arrived;
     }
     let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: the clock is a valid one and the pointer is to a live `timespec`.
+    // SAFETY: the clock is valid and the pointer points to a live `timespec`.
     if unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut now) } != 0 {
         return arrived;
     }
@@ -182,7 +174,7 @@ fn taken_at(meta: &Metadata) -> Instant {
     let stamp = Duration::from_secs(meta.timestamp.sec.try_into().unwrap_or(0))
         + Duration::from_micros(meta.timestamp.usec.try_into().unwrap_or(0));
     let age = now.saturating_sub(stamp);
-    if age > LONGEST_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
+    if age > MAX_FRAME_AGE { arrived } else { arrived.checked_sub(age).unwrap_or(arrived) }
 }
 
 #[cfg(test)]

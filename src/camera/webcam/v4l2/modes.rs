@@ -1,4 +1,4 @@
-//! What a V4L2 camera can do, in this crate's terms.
+//! Modes of a V4L2 camera, converted to this crate's types.
 
 use crate::camera::webcam::{
     devices::DeviceOptions,
@@ -8,8 +8,8 @@ use bevy::prelude::*;
 use std::io;
 use v4l::{Device, FourCC, Fraction, frameinterval::FrameIntervalEnum, framesize::FrameSizeEnum, video::Capture};
 
-/// Everything the camera can do that can be decoded here. Where sizes or rates are given as ranges, the one nearest to the
-/// wish stands for its range.
+/// Lists the camera's modes whose format can be decoded. Ranges of sizes or rates are represented by the value nearest
+/// to the requested one.
 pub(super) fn modes(device: &Device, options: &DeviceOptions) -> io::Result<Vec<Mode>> {
     let mut modes = Vec::new();
     for description in device.enum_formats()? {
