@@ -30,8 +30,8 @@ use bevy::{
 };
 use bevy_mirrorball::{
     environment_map::CubePixels,
-    materials::MaterialsPlugin,
     headless,
+    materials::MaterialsPlugin,
     phantom::PhantomPlugin,
     prelude::*,
     shadows::{ShadowsPlugin, VisibilitySamples},

@@ -14,8 +14,8 @@ mod rgb_image;
 
 use bevy::{asset::RecursiveDependencyLoadState, light::NotShadowCaster, prelude::*};
 use bevy_mirrorball::{
-    lighting::{RealLight, RecoveredLight},
     headless,
+    lighting::{RealLight, RecoveredLight},
     prelude::*,
     probe::ClipRecovery,
     tracking::MarkerTracking,

@@ -22,9 +22,9 @@ use bevy::{
 use bevy_egui::{EguiPlugin, EguiPrimaryContextPass};
 use bevy_mirrorball::{
     environment_map::{EnvironmentCube, EquirectPixels, equirect_direction},
+    headless,
     lighting::RealLight,
     materials::MaterialsPlugin,
-    headless,
     phantom::PhantomPlugin,
     prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
     shadows::{ShadowDomeLight, ShadowsPlugin},

@@ -46,7 +46,7 @@ impl Desk {
     /// Without ball and dome: their entities are empty.
     pub(crate) fn in_unknown_room(rgba: Vec<u8>) -> Option<Self> {
         let mut app = drawing::app()?;
-        let (picture, target) = headless::add_target(&mut app, SIZE);
+        let (picture, target) = bevy_mirrorball::headless::add_target(&mut app, SIZE);
         let pixels = FramePixels::new(SIZE, rgba).expect("as many bytes as the size says");
         let feed = CameraFeed::pixels(pixels).with_pace(FeedPace::Lockstep);
         let pose = Transform::from_xyz(0.0, HEIGHT, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z);
@@ -85,7 +85,7 @@ impl Desk {
         for _ in 0..8 {
             self.app.update();
         }
-        Shot(headless::read_texture(&mut self.app, &self.picture).expect("the picture comes back"))
+        Shot(bevy_mirrorball::headless::read_texture(&mut self.app, &self.picture).expect("the picture comes back"))
     }
 }
 

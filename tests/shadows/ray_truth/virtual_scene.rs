@@ -13,7 +13,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_mirrorball::{
-    camera::srgb_to_linear, materials::MaterialsPlugin, headless, phantom::PhantomPlugin, prelude::*,
+    camera::srgb_to_linear, headless, materials::MaterialsPlugin, phantom::PhantomPlugin, prelude::*,
     shadows::ShadowsPlugin,
 };
 

@@ -4,7 +4,7 @@ use super::search::{Gate, Gated};
 use super::{SIZE, gray, player, state, statistics, update_until, write_clip};
 use bevy::{prelude::*, time::TimeUpdateStrategy};
 use bevy_mirrorball::{
-    camera::{FeedState, FramePixels, BracketedFrames},
+    camera::{BracketedFrames, FeedState, FramePixels},
     prelude::*,
     tracking::{MarkerDetection, TrackingPlugin},
 };
