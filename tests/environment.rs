@@ -73,7 +73,7 @@ fn lit_app(source: Image) -> Option<(App, Entity, Handle<Image>)> {
 
 fn diffuse_and_glossy(app: &mut App, camera: Entity) -> (CubePixels, CubePixels) {
     let maps = app.world().get::<FilteredEnvironment>(camera).expect("the cube is accepted").clone();
-    (cubes::read(app, &maps.diffuse), cubes::read(app, &maps.glossy))
+    (cubes::read(app, &maps.diffuse), cubes::read(app, &maps.specular))
 }
 
 /// Largest relative difference between a cube and a function of direction, over all texels and channels.
@@ -118,7 +118,7 @@ fn compare_with_bevy(name: &str, edge: usize, radiance: impl Fn(DVec3) -> DVec3)
         app.update();
     }
     let bevy = app.world().get::<EnvironmentMapLight>(bevy).expect("Bevy takes the cube").clone();
-    let ours = filter_truth::read(&mut app, &maps.diffuse, &maps.glossy, DIRECTIONS);
+    let ours = filter_truth::read(&mut app, &maps.diffuse, &maps.specular, DIRECTIONS);
     let bevy = filter_truth::read(&mut app, &bevy.diffuse_map, &bevy.specular_map, DIRECTIONS);
     let truth = Truth::of(edge, &source, DIRECTIONS);
     for k in 0..ours.len() {
@@ -328,7 +328,7 @@ fn light_goes_with_its_component_and_maps_of_one_source_are_shared() {
     let environment = app.world().get::<LiveEnvironment>(camera).expect("it has one").clone();
     let probe = app.world_mut().spawn((LightProbe::default(), environment)).id();
     app.update();
-    let glossy = |app: &App, entity| app.world().get::<FilteredEnvironment>(entity).expect("is lit").glossy.clone();
+    let glossy = |app: &App, entity| app.world().get::<FilteredEnvironment>(entity).expect("is lit").specular.clone();
     assert_eq!(glossy(&app, camera), glossy(&app, probe));
     app.world_mut().entity_mut(probe).remove::<LiveEnvironment>();
     app.update();

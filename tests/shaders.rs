@@ -69,13 +69,15 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             filtered.flat_map(|set| [set.clone(), [set.as_slice(), &[multisampled]].concat()]).collect()
         }
         Some("soft_edges.wgsl") => vec![vec![], vec![&["MULTISAMPLED"] as &[&str]]],
-        // The rings of taps in environment/lobe.rs.
-        Some("filter_pass.wgsl") => {
-            let taps: [&[&str]; 2] = [
+        Some("downsample.wgsl") => vec![vec![], vec![&["COPIES"] as &[&str]]],
+        // The rings of taps in prefilter/lobe.rs.
+        Some("taps.wgsl") => {
+            let taps: [&[&str]; 3] = [
+                &[],
                 &["INNER_TAPS=5", "MIDDLE_TAPS=5", "OUTER_TAPS=0"],
                 &["INNER_TAPS=5", "MIDDLE_TAPS=7", "OUTER_TAPS=8"],
             ];
-            taps.into_iter().map(|taps| vec![taps]).chain([vec![&["COPIES"] as &[&str]]]).collect()
+            taps.into_iter().map(|taps| vec![taps]).collect()
         }
         Some("unwrap_pass.wgsl") => {
             let kinds: [&[&str]; 4] = [&[], &["BALL"], &["FISHEYE"], &["EQUIRECT"]];
@@ -252,12 +254,13 @@ const LOOSE_BUILTINS: [&str; 27] = [
 ];
 
 /// Each use of one of them: file, builtin, how often, and why it does no harm there.
-const HARMLESS: [(&str, &str, usize, &str); 12] = [
+const HARMLESS: [(&str, &str, usize, &str); 13] = [
     ("camera/background_pass.wgsl", "textureSampleLevel", 1, "one screen pixel per camera pixel falls on its middle"),
     ("debug/map_view.wgsl", "cos", 2, "0.03° at a picture of 2° per pixel"),
     ("debug/map_view.wgsl", "sin", 3, "0.03° at a picture of 2° per pixel"),
-    ("prefilter/filter_pass.wgsl", "log2", 1, "of 0.2 to 1, where it is off by 2⁻²¹ levels"),
-    ("prefilter/filter_pass.wgsl", "textureSampleLevel", 2, "weights of 8 bits, summed over ten and more lookups"),
+    ("prefilter/downsample.wgsl", "textureSampleLevel", 1, "weights of 8 bits, summed over ten and more lookups"),
+    ("prefilter/taps.wgsl", "log2", 1, "of 0.2 to 1, where it is off by 2⁻²¹ levels"),
+    ("prefilter/taps.wgsl", "textureSampleLevel", 1, "weights of 8 bits, summed over ten and more lookups"),
     ("materials/phantom.wgsl", "textureSampleLevel", 1, "one screen pixel per camera pixel falls on its middle"),
     ("materials/toon.wgsl", "fwidth", 2, "clamped; widens edges of bands by up to a pixel"),
     (

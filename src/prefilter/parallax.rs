@@ -1,6 +1,6 @@
 //! Reflections near a desk: the environment as it looks from where an object stands.
 
-use super::FilteredEnvironment;
+use super::filtered_environment::FilteredEnvironment;
 use bevy::prelude::*;
 
 /// Looks at the [`LiveEnvironment`](super::LiveEnvironment) beside it from this entity's own place: put both on a
@@ -39,7 +39,7 @@ pub struct DeskParallax {
 }
 
 /// Movements below this, in metres, are none.
-const STANDSTILL: f32 = 1e-4;
+const MIN_MOVEMENT: f32 = 1e-4;
 
 impl DeskParallax {
     /// The eye relative to the point of capture, and in w the desk's height relative to it; zeros leave directions as they are.
@@ -51,7 +51,7 @@ impl DeskParallax {
 }
 
 /// The direction in which the place that is seen in a direction was captured: twin of `captured_direction` in
-/// `filter_pass.wgsl`.
+/// `resample.wgsl`.
 #[cfg(test)]
 fn captured_direction(dir_world: Vec3, viewpoint: Vec4) -> Vec3 {
     let (eye, height) = (viewpoint.truncate(), viewpoint.w);
@@ -61,10 +61,10 @@ fn captured_direction(dir_world: Vec3, viewpoint: Vec4) -> Vec3 {
 
 type Viewer = (&'static DeskParallax, &'static GlobalTransform, &'static mut FilteredEnvironment);
 
-pub(super) fn follow_viewpoints(mut viewers: Query<Viewer>) {
+pub(super) fn update_viewpoints(mut viewers: Query<Viewer>) {
     for (parallax, place, mut maps) in &mut viewers {
         let viewpoint = parallax.viewpoint(place.translation());
-        if maps.viewpoint.is_none_or(|old| old.distance(viewpoint) > STANDSTILL) {
+        if maps.viewpoint.is_none_or(|old| old.distance(viewpoint) > MIN_MOVEMENT) {
             maps.viewpoint = Some(viewpoint);
             maps.request_refresh();
         }

@@ -1,13 +1,16 @@
 //! The textures a filtered environment consists of.
 
-use super::{Refresh, refresh::Progress, source::SourceShape};
+use super::{
+    refresh::{Progress, Refresh},
+    source::SourceShape,
+};
 use crate::environment_map::cube_image;
 use bevy::{prelude::*, render::render_resource::TextureUsages};
 
 /// Edge length of the irradiance map: interpolated over 2.8°, the kink that a lamp makes at the horizon is off by 0.2 %.
 const DIFFUSE_EDGE: u32 = 32;
 /// Largest edge length of the glossy map's sharpest level.
-const MAX_GLOSSY_EDGE: u32 = 256;
+const MAX_SPECULAR_EDGE: u32 = 256;
 /// Edge length of the glossy map's last level, which holds perceptual roughness 1.
 pub(super) const ROUGHEST_EDGE: u32 = 4;
 
@@ -20,7 +23,7 @@ pub struct FilteredEnvironment {
     /// Irradiance ÷ π by surface normal, one level.
     pub diffuse: Handle<Image>,
     /// Radiance by mirror direction; level m of n holds perceptual roughness m / (n − 1).
-    pub glossy: Handle<Image>,
+    pub specular: Handle<Image>,
     pub(super) source: Handle<Image>,
     pub(super) shape: SourceShape,
     pub(super) refresh: Refresh,
@@ -42,7 +45,7 @@ impl FilteredEnvironment {
         viewpoint: Option<Vec4>,
     ) -> Self {
         let cube_edge = shape.cube_edge();
-        let glossy_edge = cube_edge.clamp(ROUGHEST_EDGE, MAX_GLOSSY_EDGE);
+        let specular_edge = cube_edge.clamp(ROUGHEST_EDGE, MAX_SPECULAR_EDGE);
         let levels = |edge: u32| (edge / ROUGHEST_EDGE).ilog2() + 1;
         let mut cube = |label, edge, levels| {
             let mut image = cube_image(label, edge, levels);
@@ -50,20 +53,20 @@ impl FilteredEnvironment {
             images.add(image)
         };
         let mut result =
-            |diffuse, glossy| [cube(diffuse, DIFFUSE_EDGE, 1), cube(glossy, glossy_edge, levels(glossy_edge))];
-        let [diffuse, glossy] = result("mirrorball_environment_diffuse", "mirrorball_environment_glossy");
+            |diffuse, specular| [cube(diffuse, DIFFUSE_EDGE, 1), cube(specular, specular_edge, levels(specular_edge))];
+        let [diffuse, specular] = result("mirrorball_environment_diffuse", "mirrorball_environment_glossy");
         let draft = matches!(refresh, Refresh::Budget { .. })
             .then(|| result("mirrorball_environment_diffuse_draft", "mirrorball_environment_glossy_draft"));
         let resampled =
             (!shape.is_ready() || viewpoint.is_some()).then(|| cube("mirrorball_environment_resampled", cube_edge, 1));
         let progress = Progress::default();
         progress.request();
-        Self { diffuse, glossy, source, shape, refresh, resampled, draft, viewpoint, progress }
+        Self { diffuse, specular, source, shape, refresh, resampled, draft, viewpoint, progress }
     }
 
     /// Level of the glossy map that holds perceptual roughness 1.
     pub fn roughest_level(&self) -> u32 {
-        (self.shape.cube_edge().clamp(ROUGHEST_EDGE, MAX_GLOSSY_EDGE) / ROUGHEST_EDGE).ilog2()
+        (self.shape.cube_edge().clamp(ROUGHEST_EDGE, MAX_SPECULAR_EDGE) / ROUGHEST_EDGE).ilog2()
     }
 
     /// Has the maps made anew in the next frame, whatever [`Refresh`] says.
