@@ -79,7 +79,7 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             ];
             taps.into_iter().map(|taps| vec![taps]).collect()
         }
-        Some("unwrap_pass.wgsl") => {
+        Some("unwrap_pass.wgsl" | "frame_sampling.wgsl" | "lens.wgsl") => {
             let kinds: [&[&str]; 4] = [&[], &["BALL"], &["FISHEYE"], &["EQUIRECT"]];
             kinds.into_iter().map(|kind| vec![kind]).collect()
         }

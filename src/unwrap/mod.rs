@@ -10,10 +10,27 @@
 //! The essay of [`probe`](crate::probe) says how the cube is made from several frames and what fills the parts that nobody sees.
 
 mod extract;
+mod fading;
+mod history;
+mod prepare_unwraps;
+mod source_buffers;
+mod source_view;
 mod unwrap_pass;
+mod unwrap_pipeline;
+mod unwrap_uniform;
 
-use crate::device::{self, Needs};
-use bevy::prelude::*;
+use crate::{
+    MirrorballPasses,
+    device::{self, Needs},
+    environment_map::{self, CubeWrites},
+    probe, trigonometry,
+};
+use bevy::{
+    asset::embedded_asset,
+    prelude::*,
+    render::{ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems, renderer::RenderGraph},
+    shader::load_shader_library,
+};
 
 /// Writes the environment cube. Needs [`ProbePlugin`](crate::probe::ProbePlugin).
 pub struct UnwrapPlugin;
@@ -29,7 +46,30 @@ impl Plugin for UnwrapPlugin {
             storage_textures: 1,
         };
         if device::can_draw(app, &needs) {
-            unwrap_pass::build(app);
+            build_pass(app);
         }
     }
+}
+
+fn build_pass(app: &mut App) {
+    trigonometry::load(app);
+    environment_map::load_shaders(app);
+    probe::load_shaders(app);
+    load_shader_library!(app, "bindings.wgsl");
+    load_shader_library!(app, "frame_sampling.wgsl");
+    load_shader_library!(app, "deconvolution.wgsl");
+    load_shader_library!(app, "clip_gains.wgsl");
+    load_shader_library!(app, "observation.wgsl");
+    load_shader_library!(app, "ball.wgsl");
+    load_shader_library!(app, "lens.wgsl");
+    load_shader_library!(app, "history.wgsl");
+    embedded_asset!(app, "unwrap_pass.wgsl");
+    app.sub_app_mut(RenderApp)
+        .init_resource::<extract::ExtractedSources>()
+        .init_resource::<prepare_unwraps::PreparedUnwraps>()
+        .init_resource::<CubeWrites>()
+        .add_systems(RenderStartup, unwrap_pipeline::init_unwrap_pipelines)
+        .add_systems(ExtractSchedule, extract::extract_sources)
+        .add_systems(Render, prepare_unwraps::prepare_unwraps.in_set(RenderSystems::PrepareBindGroups))
+        .add_systems(RenderGraph, unwrap_pass::unwrap_pass.in_set(MirrorballPasses::WriteCubes));
 }
