@@ -103,20 +103,20 @@ impl EquirectPixels {
     }
 }
 
-type Picture = (UVec2, Vec<Vec3>);
+type SizedTexels = (UVec2, Vec<Vec3>);
 
-fn read_radiance(path: &Path) -> Result<Picture, String> {
+fn read_radiance(path: &Path) -> Result<SizedTexels, String> {
     let file = File::open(path).map_err(|error| error.to_string())?;
     let decoder = image::codecs::hdr::HdrDecoder::new(BufReader::new(file)).map_err(|error| error.to_string())?;
-    let picture = image::DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?.into_rgb32f();
-    let size = UVec2::new(picture.width(), picture.height());
-    Ok((size, picture.pixels().map(|pixel| Vec3::from_array(pixel.0)).collect()))
+    let image = image::DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?.into_rgb32f();
+    let size = UVec2::new(image.width(), image.height());
+    Ok((size, image.pixels().map(|pixel| Vec3::from_array(pixel.0)).collect()))
 }
 
-fn read_open_exr(path: &Path) -> Result<Picture, String> {
+fn read_open_exr(path: &Path) -> Result<SizedTexels, String> {
     let as_size = |size: exr::math::Vec2<usize>| UVec2::new(size.width() as u32, size.height() as u32);
     let allocate = move |size: exr::math::Vec2<usize>, _: &_| (as_size(size), vec![Vec3::ZERO; size.area()]);
-    let set = |(size, texels): &mut Picture, at: exr::math::Vec2<usize>, (r, g, b, _): (f32, f32, f32, f32)| {
+    let set = |(size, texels): &mut SizedTexels, at: exr::math::Vec2<usize>, (r, g, b, _): (f32, f32, f32, f32)| {
         texels[at.y() * size.x as usize + at.x()] = Vec3::new(r, g, b);
     };
     let image =
@@ -134,7 +134,7 @@ mod tests {
         folder.join(format!("{}_{name}", std::process::id()))
     }
 
-    fn picture() -> EquirectPixels {
+    fn gradient() -> EquirectPixels {
         let texels = (0..32).map(|i| Vec3::new(0.01 * i as f32, 1.0, 300.0 + i as f32)).collect();
         EquirectPixels { size: UVec2::new(8, 4), texels }
     }
@@ -144,10 +144,10 @@ mod tests {
         // A common exponent of 8 bits: half a step of the brightest channel.
         for (name, tolerance) in [("sky.exr", 0.0), ("sky.hdr", 1.0 / 256.0)] {
             let path = scratch(name);
-            picture().save(&path).expect("written");
+            gradient().save(&path).expect("written");
             let back = EquirectPixels::open(&path).expect("read");
-            assert_eq!(back.size, picture().size, "{name}");
-            for (found, expected) in back.texels.iter().zip(&picture().texels) {
+            assert_eq!(back.size, gradient().size, "{name}");
+            for (found, expected) in back.texels.iter().zip(&gradient().texels) {
                 assert!(
                     found.distance(*expected) <= tolerance * 2.0 * expected.max_element(),
                     "{name}: {found}, {expected}"
@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn values_that_are_no_radiance_do_no_harm() {
         let path = scratch("odd.exr");
-        let mut odd = picture();
+        let mut odd = gradient();
         odd.texels[0] = Vec3::new(-1.0, f32::NAN, f32::INFINITY);
         odd.save(&path).expect("written");
         assert_eq!(EquirectPixels::open(&path).expect("read").texels[0], Vec3::new(0.0, 0.0, f32::MAX));
@@ -180,7 +180,7 @@ mod tests {
         assert!(complaint(EquirectPixels::open(&path)).contains("cannot read"));
         std::fs::remove_file(&path).expect("exists");
         let nowhere = Path::new("no such folder").join("sky.hdr");
-        let error = picture().save(nowhere).expect_err("refused").to_string();
+        let error = gradient().save(nowhere).expect_err("refused").to_string();
         assert!(error.contains("cannot write") && error.contains("no such folder"), "{error}");
     }
 }

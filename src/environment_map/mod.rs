@@ -10,6 +10,7 @@
 //! the shaders.
 
 mod cube_image;
+mod cube_pixels;
 mod cube_writes;
 mod cubemap;
 mod environment_cube;
@@ -17,15 +18,18 @@ mod equirect;
 mod files;
 mod harmonics;
 
+pub use cube_pixels::CubePixels;
 pub use cube_writes::CubeWrites;
 pub use environment_cube::EnvironmentCube;
-pub use equirect::{CubePixels, EquirectPixels, equirect_direction, equirect_position};
+pub use equirect::{EquirectPixels, equirect_direction, equirect_position};
 pub use files::EnvironmentFileError;
 pub use harmonics::EnvironmentHarmonics;
 
 pub(crate) use cube_image::{cube_faces, cube_image};
-pub(crate) use cubemap::{cube_directions, face_direction};
+pub(crate) use cubemap::cube_directions;
 pub(crate) use environment_cube::LitByGame;
+
+use cubemap::{face_direction, face_position};
 
 use bevy::{prelude::*, shader::load_shader_library};
 

@@ -15,6 +15,7 @@ use bevy::{
     asset::RenderAssetUsages,
     camera::{
         Exposure, Hdr, ImageRenderTarget, RenderTarget,
+        primitives::CUBE_MAP_FACES,
         visibility::{RenderLayers, VisibilitySystems},
     },
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
@@ -40,16 +41,6 @@ pub(super) fn build(app: &mut App) {
 /// Camera of a face of a [`SceneProbe`].
 #[derive(Component)]
 struct SceneFace;
-
-/// Where a camera looks and what is up for it, layer by layer of a cube in Bevy's convention.
-const FACES: [(Vec3, Vec3); 6] = [
-    (Vec3::X, Vec3::Y),
-    (Vec3::NEG_X, Vec3::Y),
-    (Vec3::Y, Vec3::Z),
-    (Vec3::NEG_Y, Vec3::NEG_Z),
-    (Vec3::NEG_Z, Vec3::Y),
-    (Vec3::Z, Vec3::Y),
-];
 
 fn face_image(edge: u32) -> Image {
     let extent = Extent3d { width: edge, height: edge, depth_or_array_layers: 1 };
@@ -88,7 +79,7 @@ fn set_up_faces(mut commands: Commands, mut images: ResMut<Assets<Image>>, probe
                 Msaa::Off,
                 Tonemapping::None,
                 DebandDither::Disabled,
-                Transform::default().looking_to(FACES[i].0, FACES[i].1),
+                Transform::default().looking_to(CUBE_MAP_FACES[i].target, CUBE_MAP_FACES[i].up),
             );
             commands.spawn(camera).id()
         });
@@ -186,9 +177,9 @@ fn place_faces(
     mut cameras: Query<(&mut Transform, &mut GlobalTransform), With<SceneFace>>,
 ) {
     for (cube, probe) in &probes {
-        for (camera, (forward, up)) in cube.cameras.into_iter().zip(FACES) {
+        for (camera, face) in cube.cameras.into_iter().zip(&CUBE_MAP_FACES) {
             if let Ok((mut transform, mut global)) = cameras.get_mut(camera) {
-                let placed = Transform::from_translation(probe.translation()).looking_to(forward, up);
+                let placed = Transform::from_translation(probe.translation()).looking_to(face.target, face.up);
                 if *transform != placed {
                     *transform = placed;
                     *global = placed.into();
