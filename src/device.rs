@@ -19,7 +19,7 @@ use std::{
 };
 
 /// How long the device may be busy without any news before it counts as hung.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(120);
+pub(crate) const MAX_BUSY_TIME: Duration = Duration::from_secs(120);
 
 /// What a stage needs beyond drawing and compute shaders.
 pub(crate) struct Needs {
@@ -115,9 +115,9 @@ impl WaitBeforeDrop {
 
 impl Drop for WaitBeforeDrop {
     fn drop(&mut self) {
-        if wait(&self.device, PATIENCE) == DeviceState::Busy {
+        if wait(&self.device, MAX_BUSY_TIME) == DeviceState::Busy {
             error!(
-                "the graphics device has been busy for {PATIENCE:?}, its driver seems to hang; its memory is not freed"
+                "the graphics device has been busy for {MAX_BUSY_TIME:?}, its driver seems to hang; its memory is not freed"
             );
             std::mem::forget(self.queue.clone());
         }

@@ -9,7 +9,7 @@
 
 use crate::{
     camera::unpad_rows,
-    device::{self, DeviceState, PATIENCE, WaitBeforeDrop},
+    device::{self, DeviceState, MAX_BUSY_TIME, WaitBeforeDrop},
 };
 use bevy::{
     app::{PanicHandlerPlugin, PluginGroupBuilder},
@@ -163,8 +163,8 @@ pub fn update_until(
     loop {
         update(app)?;
         // Frames are drawn faster than a slow device finishes them: what waits would be taken for a device that hangs.
-        match app.world().get_resource::<RenderDevice>().map(|device| device::wait(device, PATIENCE)) {
-            Some(DeviceState::Busy) => return Err(OffscreenError::Hung(PATIENCE)),
+        match app.world().get_resource::<RenderDevice>().map(|device| device::wait(device, MAX_BUSY_TIME)) {
+            Some(DeviceState::Busy) => return Err(OffscreenError::Hung(MAX_BUSY_TIME)),
             Some(DeviceState::Lost) => return Err(OffscreenError::Stopped),
             Some(DeviceState::Idle) | None => (),
         }
@@ -185,7 +185,7 @@ pub fn update_until(
 /// As [`update_until`].
 pub fn settle(app: &mut App) -> Result<(), OffscreenError> {
     let mut quiet = 0;
-    update_until(app, "loading all shaders", PATIENCE, |app| {
+    update_until(app, "loading all shaders", MAX_BUSY_TIME, |app| {
         let pipelines = app.get_sub_app(RenderApp).and_then(|app| app.world().get_resource::<PipelineCache>());
         let is_waiting = pipelines.is_some_and(has_pipelines_on_their_way);
         quiet = if is_waiting { 0 } else { quiet + 1 };
@@ -272,7 +272,7 @@ pub fn record(
     app.world_mut().entity_mut(request).remove::<Readback>();
     let paused = pause_cameras(app.world_mut());
     if outcome.is_ok() {
-        outcome = wait_for_pictures(app, PATIENCE, |app| take_arrived(app) as usize, frames as usize);
+        outcome = wait_for_pictures(app, MAX_BUSY_TIME, |app| take_arrived(app) as usize, frames as usize);
     }
     for camera in paused {
         if let Some(mut camera) = app.world_mut().get_mut::<Camera>(camera) {
