@@ -1,25 +1,27 @@
-// Whole sums over blocks: the diffuse map and the rough levels of the specular map, as Bevy's EnvironmentMapLight reads them.
-// The double-precision reference is in tests/filter_truth.
+// Full sums over blocks: the diffuse map and the rough levels of the specular map, as Bevy's EnvironmentMapLight reads
+// them. The double-precision reference is in tests/filter_truth.
 
 #import bevy_mirrorball::environment_map::cubemap::{face_direction, face_position, relative_angle}
 #import bevy_mirrorball::prefilter::padded_faces::edge_without_padding
 
 const PI: f32 = 3.14159265358979;
 
-/// Part of the sphere, as light from one direction.
+/// Part of the sphere, which counts as light from one direction.
 struct Block {
     /// Radiance × solid angle; w: the solid angle.
     light: vec4f,
-    /// Mean direction weighted by luminance, shorter than 1 where the light is spread; w: half the width of that spread.
+    /// Mean direction, weighted by luminance; shorter than 1 where the light is spread. w: half the width of that
+    /// spread.
     centroid: vec4f,
 }
 
-/// The cube or a level of its pyramid.
+/// The environment cube or a level of its pyramid.
 @group(0) @binding(0) var source: texture_2d_array<f32>;
-/// Solid angles of the blocks of a face in steradians, row by row; from the CPU, in double precision.
+/// Solid angles of the blocks of a face in steradians, row by row, computed on the CPU in double precision.
 @group(0) @binding(1) var<uniform> block_angles: array<vec4f, 16>;
 @group(0) @binding(2) var<storage, read_write> gathered: array<Block>;
-/// The gathered blocks for the sums, which all read one block at a time: as a uniform that is read once for many threads.
+/// The gathered blocks, as a uniform: all threads of a sum read the same block at a time, so it is fetched once for
+/// many.
 @group(0) @binding(3) var<uniform> blocks: array<Block, 384>;
 @group(0) @binding(4) var output: texture_storage_2d_array<rgba16float, write>;
 /// GGX's alpha, the square of the perceptual roughness.
@@ -28,7 +30,7 @@ struct Block {
 /// Blocks along a cube edge.
 const BLOCK_EDGE: u32 = 8u;
 
-/// One thread per block: its light and where that comes from.
+/// Light and centroid of each block. One thread per block.
 @compute @workgroup_size(8, 8, 1)
 fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= vec2u(BLOCK_EDGE)) {
@@ -58,15 +60,16 @@ fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
     let solid_angle = block_angles[2u * id.y + id.x / 4u][id.x % 4u];
     light *= solid_angle / angle_sum;
     let centroid = select(plain / angle_sum, moment / max(weight_sum, 1e-20), weight_sum > 1e-20);
-    // Evenly spread over ±w along each of two axes, unit vectors have a mean of squared length 1 − 2w²/3.
+    // The mean of unit vectors that are spread evenly over ±w along two axes has the squared length 1 − 2w²/3.
     let spread = sqrt(max(1.5 * (1.0 - dot(centroid, centroid)), 1e-12));
-    gathered[(id.z * BLOCK_EDGE + id.y) * BLOCK_EDGE + id.x] = Block(vec4f(light, solid_angle), vec4f(centroid, spread));
+    gathered[(id.z * BLOCK_EDGE + id.y) * BLOCK_EDGE + id.x] =
+        Block(vec4f(light, solid_angle), vec4f(centroid, spread));
 }
 
-/// Texels in a row that one thread of the sums works on, so that a block is fetched once for all of them.
+/// Texels in a row that one thread of a sum computes, so that a block is fetched once for all of them.
 const QUAD: u32 = 4u;
 
-/// The place of a thread's first texel.
+/// First texel of a thread.
 fn quad_start(thread: u32, edge: u32) -> vec2u {
     let per_row = edge / QUAD;
     return vec2u(thread % per_row * QUAD, thread / per_row);
@@ -82,19 +85,19 @@ fn quad_normals(start: vec2u, face: u32, edge: u32) -> mat3x4f {
     ));
 }
 
-/// Mean of the absolute cosine over a block: one on the horizon is partly above and partly below.
+/// Mean of the absolute cosine over a block. A block on the horizon is partly above and partly below it.
 fn mean_absolute_cosine(cosine: vec4f, spread: f32) -> vec4f {
     let inside = min(abs(cosine), vec4f(spread));
     return max(abs(cosine), vec4f(spread)) - 0.5 * spread + inside * inside * (0.5 / spread);
 }
 
-/// The texel in the opposite direction, on the face after this one.
+/// Texel in the opposite direction, on the face after this one.
 fn antipode(texel: vec2u, face: u32, edge: u32) -> vec2u {
     return select(vec2u(texel.x, edge - 1u - texel.y), vec2u(edge - 1u - texel.x, texel.y), face == 2u);
 }
 
-/// Irradiance ÷ π for each direction of the output: the cosine-weighted sum of all blocks. The positive part of a cosine is
-/// half the cosine and half its absolute value, so that two opposite directions share one sum. One thread per quad and its
+/// Diffuse map: irradiance ÷ π, the cosine-weighted sum of all blocks. The positive part of a cosine is half the
+/// cosine plus half its absolute value, so that two opposite directions share one sum. One thread per quad and its
 /// opposite.
 @compute @workgroup_size(64, 1, 1)
 fn diffuse(@builtin(global_invocation_id) id: vec3u) {
@@ -105,7 +108,7 @@ fn diffuse(@builtin(global_invocation_id) id: vec3u) {
     }
     let face = id.z * 2u;
     let normals = quad_normals(start, face, edge);
-    // Red, green and blue of each texel.
+    // One column for each of red, green and blue.
     var odd = mat3x4f(vec4f(), vec4f(), vec4f());
     var even = mat3x4f(vec4f(), vec4f(), vec4f());
     for (var i = 0u; i < 6u * BLOCK_EDGE * BLOCK_EDGE; i++) {
@@ -126,12 +129,13 @@ fn diffuse(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
-/// Added to alpha², times the squared spread of a block: what the blocks and the reader's interpolation widen, the kernel is
-/// narrower. Measured.
+/// Change of alpha² per squared spread of a block. The kernel is narrower by what the blocks and the reader's
+/// interpolation widen. Measured.
 const SHARPENING: f32 = -0.5;
 
-/// As `specular_taps` in taps.wgsl, for lobes wider than a block: the whole sum. For normal = view, GGX depends on the cosine to the light
-/// alone, since the half vector bisects the angle. One thread per quad, face after face: the last levels have few.
+/// Rough level of the specular map, for lobes wider than a block: the full sum. With normal = view, GGX depends on
+/// the cosine to the light alone, since the half vector bisects the angle. One thread per quad, face after face,
+/// because the last levels have few.
 @compute @workgroup_size(64, 1, 1)
 fn specular_sum(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(output).x;

@@ -1,4 +1,4 @@
-// Pyramid of padded faces: the environment cube at half its resolution and less. Mirror of the bindings in filter_pipeline.rs.
+// Pyramid of padded faces: the environment cube at half its resolution and less.
 //
 // COPIES: `halve` also copies the cube into the sharpest level of the specular map.
 
@@ -15,8 +15,8 @@
 /// Sharpest level of the specular map.
 @group(0) @binding(3) var specular: texture_storage_2d_array<rgba16float, write>;
 
-/// Mean of four texels, weighted by the solid angle they cover: the first level, half as wide as the source. In the corners of
-/// the padding it is the mean of the three texels that meet there.
+/// Mean of four texels, weighted by solid angle: a texel of the first level, which is half as wide as the cube. In the
+/// corners of the padding it is the mean of the three texels that meet there.
 fn halved(face: u32, padded: vec2u) -> vec3f {
     let edge = textureDimensions(finer).x / 2u;
     let place = padded_place(face, padded, edge);
@@ -32,7 +32,7 @@ fn halved(face: u32, padded: vec2u) -> vec3f {
         let weight = select(relative_angle(face_position(vec2u(found.texel), 2u * edge)), f32(i < 3u), is_corner);
         let radiance = textureLoad(finer, found.texel, found.face, 0).rgb;
 #ifdef COPIES
-        // Roughness 0 of the glossy map, where that is as large as the source: each texel is read once for both.
+        // Roughness 0 of the specular map, where that is as large as the cube. Each texel is read once for both.
         if is_own_texel(padded, edge) {
             textureStore(specular, found.texel, found.face, vec4f(radiance, 1.0));
         }
@@ -43,6 +43,7 @@ fn halved(face: u32, padded: vec2u) -> vec3f {
     return sum / weight_sum;
 }
 
+/// First level of the pyramid.
 @compute @workgroup_size(64, 1, 1)
 fn halve(@builtin(global_invocation_id) id: vec3u) {
     let texel = padded_texel(id.x, textureDimensions(coarser).x);
@@ -52,8 +53,9 @@ fn halve(@builtin(global_invocation_id) id: vec3u) {
     textureStore(coarser, texel, id.z, vec4f(halved(id.z, texel), 1.0));
 }
 
-/// The other levels are splines: sixteen texels of the level above with the weights 1 3 3 1 along each side, by four bilinear
-/// lookups. A small light then fades from texel to texel as it moves (after Manson & Sloan 2016).
+/// Other levels of the pyramid: quadratic splines, sixteen texels of the finer level with the weights 1 3 3 1 along
+/// each axis, by four bilinear lookups. A small light then fades from texel to texel as it moves (after Manson &
+/// Sloan 2016).
 @compute @workgroup_size(64, 1, 1)
 fn smooth_halve(@builtin(global_invocation_id) id: vec3u) {
     let padded_edge = textureDimensions(coarser).x;
@@ -63,7 +65,7 @@ fn smooth_halve(@builtin(global_invocation_id) id: vec3u) {
     }
     let edge = edge_without_padding(padded_edge);
     let center = padded_place(id.z, texel, edge);
-    // Three quarters of a finer texel; at a corner nothing lies beyond it.
+    // Three quarters of a finer texel. At a corner there is nothing beyond.
     let offset = select(0.75 / f32(edge), 0.0, is_padding_corner(texel, edge));
     var sum = vec3f(0.0);
     var weight_sum = 0.0;
@@ -77,7 +79,7 @@ fn smooth_halve(@builtin(global_invocation_id) id: vec3u) {
     textureStore(coarser, texel, id.z, vec4f(sum / weight_sum, 1.0));
 }
 
-/// Roughness 0: the source itself, or the level of the pyramid that is as large.
+/// Roughness 0 of the specular map: copy of the cube, or of the level of the pyramid that is as large.
 @compute @workgroup_size(8, 8, 1)
 fn sharpest(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(specular).x;

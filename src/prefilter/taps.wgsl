@@ -1,6 +1,6 @@
 // Rings of taps: the sharp levels of the specular map. The double-precision reference is in tests/filter_truth.
 //
-// INNER_TAPS, MIDDLE_TAPS, OUTER_TAPS: taps of each ring, for `specular_taps`.
+// INNER_TAPS, MIDDLE_TAPS, OUTER_TAPS: number of taps of each ring, for `specular_taps`.
 
 #import bevy_mirrorball::environment_map::cubemap::{
     face_direction, face_position, place_of, relative_angle, sample_faces,
@@ -9,11 +9,11 @@
 
 const PI: f32 = 3.14159265358979;
 
-/// Mirror of `TapsUniform` in lobe.rs.
+/// Mirror of `TapsUniform` in `lobe.rs`.
 struct Taps {
-    /// Of each tap, ring by ring; w: of the next rougher level.
+    /// Weight of each tap of a ring, for up to three rings; w: weight of the next rougher level.
     weights: vec4f,
-    /// Directions relative to the normal (z), ring after ring.
+    /// Directions of the taps relative to the normal (z), ring after ring.
     offsets: array<vec4f, 24>,
 }
 
@@ -22,19 +22,19 @@ struct Taps {
 @group(0) @binding(1) var level_0: texture_2d_array<f32>;
 @group(0) @binding(2) var level_1: texture_2d_array<f32>;
 @group(0) @binding(3) var level_2: texture_2d_array<f32>;
-/// Level of the pyramid in the mean over a face, and the last one, counted from `level_0`.
+/// Mean level of the pyramid over a face, and the last one that may be read, both counted from `level_0`.
 @group(0) @binding(4) var<uniform> sharpness: vec2f;
 @group(0) @binding(5) var output: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(6) var<uniform> taps: Taps;
 /// Next rougher level of the specular map.
 @group(0) @binding(7) var rougher: texture_2d_array<f32>;
-/// What the taps of each ring read: the pyramid, equally sharp everywhere, padded.
+/// Sources of the taps of each ring: the equalized pyramid, padded.
 @group(0) @binding(8) var inner: texture_2d_array<f32>;
 @group(0) @binding(9) var middle: texture_2d_array<f32>;
 @group(0) @binding(10) var outer: texture_2d_array<f32>;
 
-/// The pyramid as faces whose texels all cover the same angle, whatever their place on the face. One ring of taps reads it without
-/// a look at levels, and its second interpolation evens out where between texels a small lamp lies.
+/// Source of one ring of taps: the pyramid, made equally sharp all over each face. Taps need not choose levels then,
+/// and the second interpolation hides where between texels a small lamp lies.
 @compute @workgroup_size(64, 1, 1)
 fn equalize(@builtin(global_invocation_id) id: vec3u) {
     let padded_edge = textureDimensions(output).x;
@@ -43,7 +43,7 @@ fn equalize(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let place = padded_place(id.z, texel, edge_without_padding(padded_edge));
-    // Texels are smaller towards the corners of a face: (2 ÷ edge)² times this, where π ÷ 6 is the mean.
+    // The solid angle of a texel is (2 ÷ edge)² times the relative angle, whose mean over a face is π ÷ 6.
     let correction = -0.5 * log2(relative_angle(place.position) * (6.0 / PI));
     let level = clamp(sharpness.x + correction, 0.0, sharpness.y);
     let weight = max(1.0 - abs(level - vec3f(0.0, 1.0, 2.0)), vec3f(0.0));
@@ -59,12 +59,12 @@ fn lookup(faces: texture_2d_array<f32>, face: u32, position: vec2f) -> vec3f {
 }
 
 #ifdef INNER_TAPS
-/// Taps of each ring: what is known beforehand is unrolled, which software Vulkan runs twice as fast.
+/// Ends of the rings. They are constants, so that loops are unrolled: software Vulkan then runs twice as fast.
 const INNER_END: u32 = #{INNER_TAPS}u;
 const MIDDLE_END: u32 = INNER_END + #{MIDDLE_TAPS}u;
 const OUTER_END: u32 = MIDDLE_END + #{OUTER_TAPS}u;
 
-/// Sum over the taps from one place to another.
+/// Sum over the taps of a ring.
 fn ring(faces: texture_2d_array<f32>, start: u32, end: u32, axes: mat3x3f) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = start; i < end; i++) {
@@ -74,8 +74,8 @@ fn ring(faces: texture_2d_array<f32>, start: u32, end: u32, axes: mat3x3f) -> ve
     return sum;
 }
 
-/// Radiance seen in a smooth GGX surface from straight above (normal = view): rings of taps, whose weights are fitted to the lobe
-/// (lobe.rs), and the next rougher level as its tail.
+/// Sharp level of the specular map: radiance that a GGX surface reflects straight up (normal = view). Rings of taps,
+/// whose weights `lobe.rs` fits to the lobe, and the next rougher level as its tail.
 @compute @workgroup_size(8, 8, 1)
 fn specular_taps(@builtin(global_invocation_id) id: vec3u) {
     let edge = textureDimensions(output).x;

@@ -1,4 +1,4 @@
-// Which light a mirrored ball shows from a direction.
+// Observation of a mirrored ball: which light it shows from the direction of a texel.
 
 #define_import_path bevy_mirrorball::unwrap::ball
 
@@ -14,18 +14,21 @@
 #import bevy_mirrorball::unwrap::observation::{MIN_CONFIDENCE, Seen, world_direction}
 
 const PI: f32 = 3.14159265358979;
-/// The same for a ball, whose pixels are made up for what they leak: less steep, so that they do not show as squares.
+/// Sharpness of lookups on a ball. Deconvolution makes up for the leak between its pixels, so they are less sharp than
+/// those of lenses and do not show as squares.
 const SHARP_BALL: f32 = 2.0;
-/// Points of the rim that a hidden direction is the mean of.
+/// Number of rim points whose mean fills a hidden direction.
 const RING: u32 = 12u;
-/// Angles inside the rim over which the picture itself takes over from the ball's coarse image of it, in radians.
+/// Angles inside the rim, in radians, between which the direct view of the surroundings replaces the ball's coarse
+/// reflection of them.
 const RIM: vec2f = vec2f(0.6, 0.15);
 
+/// Pixel position of a point in camera space.
 fn project(pos_camera: vec3f) -> vec2f {
     return unwrap.center + unwrap.focal * vec2f(pos_camera.x, -pos_camera.y) / max(-pos_camera.z, 1e-6);
 }
 
-/// How well the camera sees a point, past all that may hide it.
+/// Visibility of a point from the camera, 0…1, past the frame's border and the blockers.
 fn view_of(point: vec3f) -> f32 {
     let margin = SOFT_PIXELS * max(-point.z, 0.0) / unwrap.focal.x;
     var view = inside_frame(project(point));
@@ -35,7 +38,7 @@ fn view_of(point: vec3f) -> f32 {
     return view;
 }
 
-/// What the picture itself shows of the things that lie in a direction from the ball; a: how well.
+/// Radiance of the surroundings in a direction from the ball, where the frame itself shows them; a: visibility, 0…1.
 fn surroundings_from(dir: vec3f) -> vec4f {
     let ball = unwrap.ball;
     var nearest = 1e6;
@@ -45,25 +48,26 @@ fn surroundings_from(dir: vec3f) -> vec4f {
             nearest = min(nearest, span.x);
         }
     }
-    // By direction only where nothing is known to lie there: a point far away.
+    // Where no solid is known, the point is far away.
     let point = ball.center_camera + dir * min(nearest, 1e3);
     if point.z > -1e-3 {
         return vec4f(0.0);
     }
     let pixel = project(point);
     var view = inside_frame(pixel) * unwrap.has_solids;
-    // Beside the ball's outline: the sine of the angle between the two, in pixels.
+    // Distance from the ball's outline, as the sine of the angle between point and outline, in pixels.
     let to_ball = normalize(ball.center_camera);
     let beside = length(cross(normalize(point), to_ball)) - ball.radius / length(ball.center_camera);
     view *= clamp(beside * unwrap.focal.x / SOFT_PIXELS - 0.5, 0.0, 1.0);
     for (var i = 0u; i < arrayLength(&surroundings); i++) {
         let span = inside_of(surroundings[i], vec3f(1.0), vec3f(0.0), point);
-        // Something else, or the far side of the same thing.
+        // The point is hidden by another solid, or on the far side of its own.
         view *= select(1.0, 0.0, span.x <= span.y && span.y > 0.0 && max(span.x, 0.0) < 0.98);
     }
     return vec4f(sample_frame(pixel, vec3f(1.0), SMOOTH), view);
 }
 
+/// Observation of the direction at a position on a cube face; `step` is the distance between texels.
 fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
     let ball = unwrap.ball;
     let axis = -normalize(ball.center_camera);
@@ -87,14 +91,16 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
     let at_rim = smoothstep(ball.edge_angle - RIM.x, ball.edge_angle - RIM.y, angle);
     let sharpness = mix(SHARP_BALL, SMOOTH, at_rim);
     let mean = mean_of_frame(pixel, texel, gain, sharpness);
-    // At most all of it is taken away and as much added: sensor noise in the dark stays small.
+    // The correction never exceeds the mean, so that sensor noise in the dark stays small.
     seen.radiance = (mean + clamp(leaked(pixel, texel, sharpness), -mean, mean)) / ball.reflectance;
     seen.resolution = clamp(sqrt(abs(determinant(texel))), MIN_CONFIDENCE, 1.0);
     seen.shown = view_of(point) * clamp((ball.edge_angle - angle) / RIM.y, 0.0, 1.0);
-    // At the edge of what is shown the guess continues it; where the ball is covered or outside of the picture it is worth little.
+    // At the edge of the visible part the guess continues it. Where the ball is covered or outside of the frame, the
+    // guess is worth little.
     seen.guessed = view_of(point);
     if angle > ball.edge_angle {
-        // Hidden: the mean of an arc of the rim, from its point on this side at the edge to the whole ring in the middle of the gap.
+        // A hidden direction gets the mean of an arc of the rim. The arc grows from the rim's nearest point, at the
+        // edge, to the whole ring, in the middle of the gap.
         let other = cross(axis, side);
         let rim_theta = normal_angle(ball, ball.edge_angle);
         let inward = clamp((angle - ball.edge_angle) / (PI - ball.edge_angle), 0.0, 1.0);

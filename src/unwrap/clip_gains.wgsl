@@ -7,7 +7,7 @@
 /// Cells along an edge of the cube of gains, `ClipGains::EDGE`.
 const GAINS_EDGE: u32 = 32u;
 
-/// Place of a world direction among the gains. Twin of `cell_index` in lighting/sky.rs.
+/// Index of a world direction among the gains. Twin of `cell_index` in lighting/sky.rs.
 fn sky_cell(dir: vec3f) -> u32 {
     let size = abs(dir);
     var along = dir.zxy;
@@ -25,9 +25,9 @@ fn sky_cell(dir: vec3f) -> u32 {
     return (face * GAINS_EDGE + cell.y) * GAINS_EDGE + cell.x;
 }
 
-/// The gain of clipped light from a direction.
+/// Gain of clipped light from a direction.
 fn gain_from(dir_world: vec3f, dir_camera: vec3f) -> vec3f {
-    // The least extra light that explains the paper: proportional to how much of it the paper catches, none from below.
+    // The least extra light that explains the paper's brightness is proportional to the cosine at which it arrives.
     let gain_by_paper = 1.0 + (unwrap.gain.rgb - 1.0) * max(dot(dir_camera, unwrap.up_camera), 0.0);
     return select(gain_by_paper, clip_gains[sky_cell(dir_world)].rgb, unwrap.gains_by_direction > 0.5);
 }

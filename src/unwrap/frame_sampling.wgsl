@@ -1,4 +1,4 @@
-// Lookups in a camera frame: between pixels, with clipped channels recovered, and as means over what a texel covers.
+// Lookups in a frame: interpolated between pixels, with clipped channels recovered, and averaged over a texel.
 //
 // EQUIRECT: columns wrap around.
 
@@ -6,17 +6,18 @@
 
 #import bevy_mirrorball::unwrap::bindings::{frame, unwrap}
 
-/// Most lookups per texel along each axis; one for each pixel that it covers up to there.
+/// Maximum number of lookups per texel along each axis; below it, one lookup per pixel that the texel covers.
 const MAX_SAMPLES: f32 = 4.0;
-/// How much steeper than linear the passage from pixel to pixel is, so that a pixel's mean stays its own (4 % leak to each
-/// neighbor instead of 12.5 %).
+/// Sharpness of lookups: slope of the ramp between two pixels, where 1 is linear interpolation. At 3, a pixel leaks 4
+/// % to each neighbor instead of 12.5 %.
 const SHARP: f32 = 3.0;
-/// Linear, for the rim of a ball, where a pixel spans so many degrees that its middle counts more than its mean.
+/// Linear interpolation, for the rim of a ball: a pixel there spans so many degrees that its center counts more than
+/// its mean.
 const SMOOTH: f32 = 1.0;
-/// Pixels over which confidence falls off, at the picture's border and beside what hides the ball.
+/// Width in pixels over which visibility falls off, at the frame's border and beside what hides the ball.
 const SOFT_PIXELS: f32 = 4.0;
 
-/// A pixel as the camera gave it.
+/// Pixel as the camera delivered it.
 fn frame_pixel(pixel: vec2i) -> vec3f {
     let size = vec2i(textureDimensions(frame));
 #ifdef EQUIRECT
@@ -27,8 +28,8 @@ fn frame_pixel(pixel: vec2i) -> vec3f {
 #endif
 }
 
-/// A pixel with its clipped channels multiplied, but none beyond what its other channels make likely. Twin of `gain_limits`
-/// in recovery.rs.
+/// Pixel with its clipped channels multiplied by a gain, up to the limit that its other channels make likely. Twin of
+/// `gain_limits` in `recovery.rs`.
 fn recovered(pixel: vec2i, gain: vec3f) -> vec3f {
     let value = frame_pixel(pixel);
     let is_clipped = value >= vec3f(unwrap.clipped_from);
@@ -43,7 +44,7 @@ fn recovered(pixel: vec2i, gain: vec3f) -> vec3f {
     return select(value, clamp(value * gain, value, max(vec3f(limit), value)), is_clipped);
 }
 
-/// Lookup between four pixels; the gain is applied to each pixel, before pixels are mixed.
+/// Interpolation between four pixels. The gain is applied to each pixel before they are mixed.
 fn sample_frame(pixel: vec2f, gain: vec3f, sharpness: f32) -> vec3f {
     let corner = floor(pixel - 0.5);
     let t = clamp((pixel - 1.0 - corner) * sharpness + 0.5, vec2f(0.0), vec2f(1.0));
@@ -53,14 +54,15 @@ fn sample_frame(pixel: vec2f, gain: vec3f, sharpness: f32) -> vec3f {
     return mix(top, bottom, t.y);
 }
 
-/// Mean over the parallelogram around a pixel position that a texel covers.
+/// Mean over the parallelogram that a texel covers around a pixel position.
 fn mean_of_frame(pixel: vec2f, texel: mat2x2f, gain: vec3f, sharpness: f32) -> vec3f {
     let count = clamp(ceil(vec2f(length(texel[0]), length(texel[1]))), vec2f(1.0), vec2f(MAX_SAMPLES));
     let columns = u32(count.x);
     let samples = columns * u32(count.y);
     var sum = vec3f(0.0);
     var i = 0u;
-    // Asked for its end after the work: software Vulkan does the work once more to find out, which here mostly is as much again.
+    // Bottom-tested loop: software Vulkan executes one extra iteration of a top-tested loop, which would mostly double
+    // the cost here.
     loop {
         let offset = (vec2f(vec2u(i % columns, i / columns)) + 0.5) / count - 0.5;
         sum += sample_frame(pixel + texel * offset, gain, sharpness);
@@ -72,7 +74,7 @@ fn mean_of_frame(pixel: vec2f, texel: mat2x2f, gain: vec3f, sharpness: f32) -> v
     return sum / (count.x * count.y);
 }
 
-/// 1 inside of the picture, falling to 0 at its border.
+/// Visibility by distance from the frame's border: 1 inside, falling to 0 at the border.
 fn inside_frame(pixel: vec2f) -> f32 {
     let inset = min(pixel, vec2f(textureDimensions(frame)) - pixel);
     return clamp(min(inset.x, inset.y) / SOFT_PIXELS, 0.0, 1.0);

@@ -1,20 +1,20 @@
-// Temporal accumulation: what a frame shows now, merged with what the cube holds already.
+// Temporal accumulation: an observation merged into the history of the cube.
 
 #define_import_path bevy_mirrorball::unwrap::history
 
 #import bevy_mirrorball::unwrap::bindings::{history, unwrap}
 #import bevy_mirrorball::unwrap::observation::{MIN_CONFIDENCE, Seen}
 
-/// The largest value stored; far below the 65504 of half floats, so that sums of a few texels still fit.
+/// Upper limit of the radiance stored; below the 65504 of half floats, so that sums of a few texels still fit.
 const MAX_RADIANCE: f32 = 60000.0;
-/// Confidence from which on what was seen earlier counts fully where nothing is seen now; a fifth of what a ball 50 pixels wide has in
-/// its middle.
+/// Confidence from which the history counts fully where nothing is visible now: a fifth of that in the center of a ball
+/// 50 pixels wide.
 const USUAL_CONFIDENCE: f32 = 0.03;
 
 /// New content of a texel of the cube; alpha: confidence.
 fn merged(observed: Seen, texel: vec2u, face: u32) -> vec4f {
     var seen = observed;
-    // Selects, no branches: software Vulkan compiles a shader that branches on a uniform anew for every dispatch.
+    // Selects instead of branches: software Vulkan recompiles a shader that branches on a uniform for every dispatch.
     let is_uniform = unwrap.gain.w > 0.5;
     seen.radiance = min(select(seen.radiance, unwrap.uniform_radiance, is_uniform), vec3f(MAX_RADIANCE));
     seen.guessed = select(seen.guessed, 1.0, is_uniform);
@@ -23,13 +23,13 @@ fn merged(observed: Seen, texel: vec2u, face: u32) -> vec4f {
     let earlier = min(held.rgb * unwrap.history_scale, vec3f(MAX_RADIANCE));
     let kept = held.a * unwrap.history_keep;
     let confidence = max(seen.resolution * seen.shown * unwrap.confidence, unwrap.min_confidence);
-    // What is seen now wins, unless it was seen much better not long ago and still looks like that.
+    // The observation wins, unless the history saw the direction much better not long ago and still agrees with it.
     let difference = length(seen.radiance - earlier) / (length(seen.radiance + earlier) + 1e-4);
     let disagreement = smoothstep(0.05, 0.15, difference) * unwrap.history_is_old * seen.shown;
     let wins = smoothstep(0.4, 0.9, confidence / max(kept, 1e-6));
     let now = max(wins, disagreement);
     let measured = mix(earlier, seen.radiance, now);
-    // Where nothing is seen: what was seen lately, else the guess, else whatever there is.
+    // A direction that is not visible keeps the recent history, else gets the guess, else keeps what there is.
     let is_known = max(seen.shown, clamp(kept / USUAL_CONFIDENCE, 0.0, 1.0));
     let guess = mix(earlier, seen.radiance, select(seen.guessed, 1.0, held.a == 0.0));
     let radiance_now = mix(guess, measured, select(is_known, 0.0, is_uniform));

@@ -1,6 +1,7 @@
-// Which light a lens, an equirectangular image or a sphere map shows from a direction. Twin of `lens.rs` in probe.
+// Observation of a frame with many directions: fisheye lens, equirectangular image or sphere map. Twin of
+// `probe/lens.rs`.
 //
-// FISHEYE, EQUIRECT: the kind of frame; none of them: a cropped sphere map.
+// FISHEYE, EQUIRECT: the kind of frame; neither: a cropped sphere map.
 
 #define_import_path bevy_mirrorball::unwrap::lens
 
@@ -11,11 +12,11 @@
 #import bevy_mirrorball::unwrap::observation::{MIN_CONFIDENCE, Seen, world_direction}
 
 const PI: f32 = 3.14159265358979;
-/// tan 1.57, beyond which the stereographic projection stays the same.
+/// tan 1.57, beyond which the stereographic projection is constant.
 const MAX_STEREOGRAPHIC: f32 = 1255.7656;
 
 #ifdef FISHEYE
-/// Pixel that shows a direction (camera space). Twin of `lens.rs`.
+/// Pixel that shows a direction in camera space.
 fn frame_point(dir: vec3f) -> vec2f {
     let across = length(dir.xy);
     // Sine and tangent of half the angle θ from the axis: 2 cos²(θ/2) = 1 + cos θ.
@@ -27,29 +28,34 @@ fn frame_point(dir: vec3f) -> vec2f {
     let side = vec2f(dir.x, -dir.y) / max(across, 1e-6);
     return unwrap.center + unwrap.focal * side * dot(radial, unwrap.lens);
 }
-/// Radians inside of the lens's field of view, per pixel.
+
+/// Visibility of a direction, 0…1: falls off towards the edge of the lens's field of view and of the frame.
 fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
     let inside = unwrap.half_fov - angle_of(vec2f(-dir.z, length(dir.xy)));
     let soft = SOFT_PIXELS * unwrap.half_fov / min(unwrap.focal.x, unwrap.focal.y);
     return clamp(inside / soft, 0.0, 1.0) * inside_frame(pixel);
 }
 #else ifdef EQUIRECT
-/// Pixel that shows a direction: columns from −Z towards +X, rows from +Y down. Twin of `lens.rs`.
+/// Pixel that shows a direction: columns from −Z towards +X, rows from +Y down.
 fn frame_point(dir: vec3f) -> vec2f {
     let azimuth = angle_of(vec2f(-dir.z, dir.x)) / (2.0 * PI);
     let polar = angle_of(vec2f(dir.y, length(dir.xz))) / PI;
     return unwrap.focal * vec2f(azimuth - floor(azimuth), polar);
 }
+
+/// Visibility of a direction: all are visible.
 fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
     return 1.0;
 }
 #else
-/// Pixel of an orthographic picture of a ball that shows a direction: the half vector (row A5). Twin of `lens.rs`.
+/// Pixel of an orthographic image of a ball that shows a direction, from the half vector.
 fn frame_point(dir: vec3f) -> vec2f {
     let sum = dir + vec3f(0.0, 0.0, unwrap.wrap);
     let half_vector = sum / max(length(sum), 1e-4);
     return unwrap.center + unwrap.focal * vec2f(half_vector.x, -half_vector.y);
 }
+
+/// Visibility of a direction, 0…1: falls off towards the outline of the ball and the frame's border.
 fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
     let from_middle = length((pixel - unwrap.center) / unwrap.focal);
     let sum = dir.z + unwrap.wrap;
@@ -58,6 +64,7 @@ fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
 }
 #endif
 
+/// Observation of the direction at a position on a cube face; `step` is the distance between texels.
 fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
     let dir_world = world_direction(face, p);
     let dir = unwrap.camera_from_world * dir_world;
@@ -65,7 +72,7 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
     var right = frame_point(unwrap.camera_from_world * world_direction(face, p + vec2f(step, 0.0))) - pixel;
     var down = frame_point(unwrap.camera_from_world * world_direction(face, p + vec2f(0.0, step))) - pixel;
 #ifdef EQUIRECT
-    // The shorter way around.
+    // Differences across the seam take the shorter way around.
     right.x -= unwrap.focal.x * round(right.x / unwrap.focal.x);
     down.x -= unwrap.focal.x * round(down.x / unwrap.focal.x);
 #endif

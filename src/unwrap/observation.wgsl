@@ -1,25 +1,25 @@
-// What one frame shows of one texel of the environment cube.
+// Observation: what one frame shows in the direction of one texel of the environment cube.
 
 #define_import_path bevy_mirrorball::unwrap::observation
 
 #import bevy_mirrorball::environment_map::cubemap::face_direction
 
-/// Confidence of what is only guessed.
+/// Confidence of a guess.
 const MIN_CONFIDENCE: f32 = 0.001;
 
-/// What a picture says about a direction.
+/// Observation of one direction.
 struct Seen {
-    /// The best guess from this picture alone.
+    /// Radiance, or the best guess of it from this frame alone, in camera units.
     radiance: vec3f,
-    /// Pixels per texel, per side, at most 1.
+    /// Pixels per texel along an edge, at most 1.
     resolution: f32,
-    /// Whether the picture shows the direction at all, 0…1.
+    /// Visibility of the direction in the frame, 0…1.
     shown: f32,
-    /// Whether `radiance` is better than an old measurement though the direction is not shown, 0…1.
+    /// Quality of `radiance` as a guess where the direction is not visible, 0…1; at 1 it replaces an old measurement.
     guessed: f32,
 }
 
-/// World direction of a position (-1…1) on a cube face. Lookups negate z, so the faces are stored mirrored in z.
+/// World direction of a position on a cube face, −1…1. The frame of a cube has the negative z of the world.
 fn world_direction(face: u32, p: vec2f) -> vec3f {
     return face_direction(face, p) * vec3f(1.0, 1.0, -1.0);
 }

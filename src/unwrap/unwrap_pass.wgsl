@@ -1,6 +1,7 @@
-// Frame with light from many directions → environment cube, merged with what is known already.
+// Frame → environment cube: each texel gets what the frame shows in its direction, merged with its history.
 //
-// BALL: the frame shows a mirrored ball; FISHEYE, EQUIRECT: it is taken that way; none of them: it is a cropped sphere map.
+// BALL: the frame shows a mirrored ball. FISHEYE, EQUIRECT: it is taken that way. None of them: it is a cropped
+// sphere map.
 
 #import bevy_mirrorball::unwrap::bindings::cube
 #import bevy_mirrorball::unwrap::history::merged
