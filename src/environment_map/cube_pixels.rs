@@ -3,7 +3,7 @@
 use super::{cube_image, face_position};
 use bevy::{prelude::*, render::render_resource::TextureUsages};
 
-/// A cube map on the CPU, in Bevy's convention: layers +X, −X, +Y, −Y, +Z, −Z of a left-handed frame whose z is the
+/// Cube map on the CPU, in Bevy's convention: layers +X, −X, +Y, −Y, +Z, −Z of a left-handed frame whose z is the
 /// negative of the world's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CubePixels {
@@ -14,7 +14,8 @@ pub struct CubePixels {
 }
 
 impl CubePixels {
-    /// Reads the bytes of an `Rgba16Float` cube texture's first mip level. `None` if there are not `48 · edge²` of them.
+    /// Reads the bytes of the first mip level of an `Rgba16Float` cube texture. `None` if their number is not `48 ·
+    /// edge²`.
     pub fn from_rgba16f(edge: u32, bytes: &[u8]) -> Option<Self> {
         (bytes.len() == 48 * (edge as usize).pow(2) && edge > 0).then(|| {
             let channel = |texel: &[u8], i: usize| half::f16::from_le_bytes([texel[2 * i], texel[2 * i + 1]]).to_f32();
@@ -23,7 +24,7 @@ impl CubePixels {
         })
     }
 
-    /// Radiance arriving from a world direction, bilinear within a face.
+    /// Radiance from a world direction, interpolated bilinearly within a face.
     pub fn sample(&self, dir_world: Vec3) -> Vec3 {
         let (face, p) = face_position(dir_world);
         let texel = (p * 0.5 + 0.5) * self.edge as f32 - 0.5;
@@ -38,8 +39,8 @@ impl CubePixels {
         fetch(0, 0).lerp(fetch(1, 0), t.x).lerp(fetch(0, 1).lerp(fetch(1, 1), t.x), t.y)
     }
 
-    /// A cube texture of half floats: for [`LiveEnvironment`](crate::prefilter::LiveEnvironment), Bevy's `Skybox` or a
-    /// material. Radiance beyond what half floats hold (65504) is cut off.
+    /// Cube texture of half floats, for [`LiveEnvironment`](crate::prefilter::LiveEnvironment), Bevy's `Skybox` or a
+    /// material. Radiance is clamped to what half floats hold, 0 to 65504.
     pub fn to_image(&self) -> Image {
         let mut image = cube_image("mirrorball_environment", self.edge, 1);
         image.texture_descriptor.usage |= TextureUsages::COPY_DST;

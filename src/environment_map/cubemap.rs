@@ -1,4 +1,4 @@
-//! Faces and cells of cube maps on the CPU. The shaders' part is `cubemap.wgsl`.
+//! Faces of cube maps, and cells of directions, on the CPU. Twin of `cubemap.wgsl`.
 
 use bevy::{
     camera::primitives::{CUBE_MAP_FACES, CubeMapFace},
@@ -12,8 +12,10 @@ pub(super) fn face_direction(face: u32, p: Vec2) -> Vec3 {
     (target + target.cross(up) * p.x - up * p.y).normalize()
 }
 
-/// Layer of a cube map that a world direction meets, and the position on it, −1…1 across and down. Twin of `place_of` in
-/// `cubemap.wgsl`; where two faces meet, this one prefers x, then y.
+/// Layer of a cube map that a world direction meets, and the position on it, −1…1 across and down.
+///
+/// Twin of `place_of` in `cubemap.wgsl`, which expects the cube's frame. On an edge between faces, this one prefers
+/// x, then y; the shader prefers z, then y.
 pub(super) fn face_position(dir_world: Vec3) -> (usize, Vec2) {
     let size = dir_world.abs();
     let (face, length) = if size.x >= size.y && size.x >= size.z {
@@ -29,8 +31,8 @@ pub(super) fn face_position(dir_world: Vec3) -> (usize, Vec2) {
 
 /// Centers (unit vectors) and solid angles (steradians) of the cells of a cube with `edge` cells along an edge.
 ///
-/// The order is not that of a cube map's texels: +X, −X, +Y, −Y, +Z, −Z in world axes, and on each face rows and columns
-/// along the remaining axes, the later one by rows.
+/// The order is not that of a cube map's texels: faces +X, −X, +Y, −Y, +Z, −Z in world axes; on each face rows, along
+/// the last of the two other axes; in each row columns, along the first.
 pub(crate) fn cube_directions(edge: u32) -> impl Iterator<Item = (Vec3, f32)> {
     let cell = 2.0 / edge as f32;
     (0..6 * edge * edge).map(move |i| {

@@ -4,8 +4,8 @@ use super::{CubePixels, face_direction};
 use bevy::prelude::*;
 use std::f32::consts::{PI, TAU};
 
-/// An equirectangular picture on the CPU, twice as wide as high: column ÷ width is the azimuth from −Z towards +X, row ÷ height
-/// runs from +Y down to −Y, pixel centers at halves.
+/// Equirectangular image on the CPU, twice as wide as high: column ÷ width is the azimuth from −Z towards +X, row ÷
+/// height runs from +Y down to −Y. Pixel centers are at halves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquirectPixels {
     /// Width and height in pixels.
@@ -14,11 +14,11 @@ pub struct EquirectPixels {
     pub texels: Vec<Vec3>,
 }
 
-/// Samples along each side of a cube texel never exceed this.
+/// Maximum number of samples along each edge of a cube texel.
 const MAX_SAMPLES: u32 = 16;
 
 impl EquirectPixels {
-    /// Radiance from a direction in the picture's frame, bilinear, across the seam where the azimuth starts anew.
+    /// Radiance from a direction in the image's axes, interpolated bilinearly, also across the seam at azimuth 0.
     pub fn sample(&self, dir_image: Vec3) -> Vec3 {
         let size = self.size.as_ivec2();
         let pixel = equirect_position(dir_image) * self.size.as_vec2() - 0.5;
@@ -32,10 +32,10 @@ impl EquirectPixels {
         fetch(0, 0).lerp(fetch(1, 0), t.x).lerp(fetch(0, 1).lerp(fetch(1, 1), t.x), t.y)
     }
 
-    /// The picture as a cube map with `edge` texels along an edge, each the mean of what it covers.
+    /// Cube map with `edge` texels along an edge, each the mean of the part of the image that it covers.
     pub fn to_cube(&self, edge: u32, world_from_image: Quat) -> CubePixels {
         let edge = edge.max(1);
-        // A texel in the middle of a face is 2 / edge wide, a pixel at the horizon 2π / width.
+        // A texel in the center of a face is 2 / edge wide, a pixel at the horizon 2π / width.
         let pixels_per_texel = self.size.x as f32 / (PI * edge as f32);
         let samples = (2.0 * pixels_per_texel).ceil().clamp(1.0, MAX_SAMPLES as f32) as u32;
         let image_from_world = world_from_image.inverse();
@@ -55,7 +55,7 @@ impl EquirectPixels {
 }
 
 impl CubePixels {
-    /// The cube as an equirectangular picture of a width in pixels (even, at least 2), in a frame turned against the world.
+    /// Equirectangular image with a width in pixels (even, at least 2), in axes that may be rotated against the world.
     pub fn to_equirect(&self, width: u32, world_from_image: Quat) -> EquirectPixels {
         let size = UVec2::new(width, width / 2).max(UVec2::new(2, 1));
         let texels = (0..size.x * size.y).map(|i| {
@@ -66,12 +66,12 @@ impl CubePixels {
     }
 }
 
-/// Position of a unit direction in an equirectangular picture, 0…1 across and down.
+/// Position of a unit direction in an equirectangular image, 0…1 across and down.
 pub fn equirect_position(dir: Vec3) -> Vec2 {
     Vec2::new((dir.x.atan2(-dir.z) / TAU).rem_euclid(1.0), dir.y.clamp(-1.0, 1.0).acos() / PI)
 }
 
-/// Unit direction of a position in an equirectangular picture, 0…1 across and down.
+/// Unit direction of a position in an equirectangular image, 0…1 across and down.
 pub fn equirect_direction(uv: Vec2) -> Vec3 {
     let (sin_azimuth, cos_azimuth) = (TAU * uv.x).sin_cos();
     let (sin_polar, cos_polar) = (PI * uv.y).sin_cos();
@@ -99,7 +99,7 @@ mod tests {
         }
     }
 
-    /// Radiance that is linear in the direction: bilinear interpolation keeps it to second order.
+    /// Radiance that is linear in the direction. Bilinear interpolation reproduces it to second order.
     fn slope(dir: Vec3) -> Vec3 {
         Vec3::splat(2.0) + dir
     }

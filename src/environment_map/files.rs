@@ -1,8 +1,8 @@
-//! Environments in files: Radiance (`.hdr`) and OpenEXR (`.exr`), equirectangular.
+//! Files of environments: equirectangular images in Radiance (`.hdr`) and OpenEXR (`.exr`) format.
 //!
-//! Both keep linear radiance; Radiance with 8 bits and a common exponent (1 % steps), OpenEXR as 32-bit floats.
-//! The [layout](EquirectPixels) is that of the picture in memory. Many programs put −Z into the middle of the picture instead of at
-//! its left edge: turn it with `Quat::from_rotation_y(PI)` when it becomes a cube.
+//! Both formats hold linear radiance, Radiance with 8 bits and a common exponent (1 % steps), OpenEXR as 32-bit
+//! floats. The [layout](EquirectPixels) is that of the image in memory. Many programs put −Z into the center of the
+//! image instead of its left edge. Rotate such an image by `Quat::from_rotation_y(PI)` when it becomes a cube.
 
 use super::EquirectPixels;
 use bevy::prelude::*;
@@ -12,32 +12,32 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What is wrong with a file of an environment.
+/// Error on reading or writing a file of an environment.
 #[derive(thiserror::Error, Debug)]
 pub enum EnvironmentFileError {
-    /// The file's name does not end in a format that is known.
+    /// The extension of the file's name is not that of a known format.
     #[error("{0} is of an unknown format; name it .hdr (Radiance) or .exr (OpenEXR)")]
     UnknownFormat(PathBuf),
     /// The file cannot be read.
     #[error("cannot read {path}: {reason}")]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Reason, as reported by the system or the decoder.
         reason: String,
     },
     /// The file cannot be written.
     #[error("cannot write {path}: {reason}")]
     Write {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Reason, as reported by the system or the decoder.
         reason: String,
     },
-    /// The picture is not twice as wide as it is high.
+    /// The image is not twice as wide as it is high.
     #[error("{path} is {size} pixels; an equirectangular picture is twice as wide as it is high, and at least 2 × 1")]
     Shape {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Width and height in pixels.
         size: UVec2,
@@ -61,8 +61,8 @@ impl Format {
 }
 
 impl EquirectPixels {
-    /// Reads a Radiance or OpenEXR file. Values that are no radiance (negative, not a number) become 0, infinite ones the
-    /// largest finite.
+    /// Reads a Radiance or OpenEXR file. Negative values and those that are not a number become 0, infinite ones the
+    /// largest finite value.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, EnvironmentFileError> {
         let path = path.as_ref();
         let (size, texels) = match Format::of(path)? {
@@ -78,7 +78,7 @@ impl EquirectPixels {
         Ok(Self { size, texels })
     }
 
-    /// Writes a Radiance or OpenEXR file, by the name's ending.
+    /// Writes a Radiance or OpenEXR file, depending on the extension of its name.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), EnvironmentFileError> {
         let path = path.as_ref();
         match Format::of(path)? {
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn what_is_saved_is_read_again() {
-        // A common exponent of 8 bits: half a step of the brightest channel.
+        // With a common exponent, 8 bits are off by half a step of the brightest channel.
         for (name, tolerance) in [("sky.exr", 0.0), ("sky.hdr", 1.0 / 256.0)] {
             let path = scratch(name);
             gradient().save(&path).expect("written");

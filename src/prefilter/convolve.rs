@@ -1,4 +1,4 @@
-//! Whole sums over blocks: the diffuse map and the rough levels of the specular map.
+//! Full sums over blocks: the diffuse map and the rough levels of the specular map.
 
 use super::{
     blocks::{BLOCK_BUFFER_BYTES, BLOCK_EDGE, block_angles},
@@ -8,7 +8,7 @@ use super::{
 };
 use bevy::render::render_resource::{Buffer, BufferDescriptor, BufferUsages, Texture};
 
-/// Largest edge length that the blocks are gathered from.
+/// Maximum edge length of the cube that the blocks are gathered from.
 const MAX_GATHER_EDGE: u32 = 64;
 
 /// Buffer of the blocks of one environment.

@@ -10,7 +10,7 @@ use bevy::render::{
     renderer::RenderDevice,
 };
 
-/// Levels of the pyramid, each half as wide as the one before. They are padded, because they are read between texels, also
+/// Levels of the pyramid, each half as wide as the one before. They are padded, because lookups interpolate, also
 /// across edges.
 pub(super) struct Pyramid(Vec<Texture>);
 
@@ -40,7 +40,8 @@ impl Pyramid {
         }
     }
 
-    /// Appends the dispatches that fill the levels, and the sharpest level of the specular map if it is as large as the cube.
+    /// Appends the dispatches that fill the levels, and the specular map's sharpest level if it is as large as the
+    /// cube.
     pub(super) fn push_dispatches(
         &self,
         builder: &DispatchBuilder,

@@ -19,7 +19,7 @@ use bevy::{
     },
 };
 
-/// Largest edge length of specular levels that are whole sums over the blocks, if their alpha is at least [`MIN_SUM_ALPHA`].
+/// Maximum edge length of specular levels that are full sums over the blocks, if alpha is at least [`MIN_SUM_ALPHA`].
 const MAX_SUM_EDGE: u32 = 16;
 const MIN_SUM_ALPHA: f64 = 0.2;
 
@@ -121,7 +121,7 @@ impl FilterPlan {
     }
 }
 
-/// The cube to filter: the source itself or what it is resampled into, and the viewpoint with its buffer if there is one.
+/// Cube to filter, the source itself or the resampled source, and the viewpoint with its buffer if there is one.
 fn push_resampling<'a>(
     builder: &DispatchBuilder,
     environment: &FilteredEnvironment,
@@ -138,7 +138,7 @@ fn push_resampling<'a>(
     Some((cube, environment.viewpoint.map(|viewpoint| (viewpoint, buffer))))
 }
 
-/// The maps that the dispatches write, and the copies that publish them: drafts if a set takes several frames.
+/// Maps that the dispatches write, which are drafts if a set takes several frames, and the copies that publish them.
 fn made_maps<'a>(
     environment: &FilteredEnvironment,
     shown: Maps<'a>,

@@ -1,4 +1,4 @@
-//! Live environments: sources of light that change while the game runs.
+//! Live environments: lighting by images that change while the game runs.
 
 use super::{
     filtered_environment::FilteredEnvironment,
@@ -10,14 +10,15 @@ use crate::{
 };
 use bevy::{ecs::observer::On, light::EnvironmentMapLight, prelude::*};
 
-/// Lights the view of a camera, or the surroundings of a [`LightProbe`], by a picture of the environment that changes while the
-/// game runs.
+/// Image-based lighting of a camera's view, or of the surroundings of a [`LightProbe`], by an environment that
+/// changes while the game runs.
 ///
-/// An [`ArCamera`] gets one by itself as soon as a [`LightProbeSphere`](crate::probe::LightProbeSphere) exists. How far it is
-/// says the [`EnvironmentState`] beside it. Taken from the entity, its lighting goes with it.
+/// An [`ArCamera`] gets this component automatically as soon as a
+/// [`LightProbeSphere`](crate::probe::LightProbeSphere) exists. [`EnvironmentState`] on the same entity reports
+/// progress. Removing this component removes the lighting.
 ///
-/// Units hold for the entity's own [`Exposure`]; a light probe without one follows that of the [`ArCamera`], else that of the active
-/// `Camera3d` of the highest order.
+/// The intensity is matched to the entity's own [`Exposure`](bevy::camera::Exposure). A light probe without one uses
+/// that of the [`ArCamera`], else that of the active `Camera3d` of the highest order.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -32,12 +33,14 @@ use bevy::{ecs::observer::On, light::EnvironmentMapLight, prelude::*};
 #[reflect(Component, Debug, Clone)]
 #[require(EnvironmentState, LitByGame)]
 pub struct LiveEnvironment {
-    /// Linear radiance in frame buffer units (1.0 shows as 1.0), world axes. Either a cube (six square layers in Bevy's
-    /// convention) or an equirectangular picture (twice as wide as high, column u/width is the azimuth from −Z towards +X,
-    /// rows from +Y down), of any color format. Cubes with a power of two from 16 to 8192 as edge length are filtered as they
-    /// are, all else is first resampled into a cube of at most 512. Changing the handle, and resizing the image, is fine.
+    /// Environment as an image: linear radiance in frame buffer units (1.0 is displayed as 1.0), world axes, of any
+    /// color format. Either a cube (six square layers in Bevy's convention) or an equirectangular image (twice as
+    /// wide as high; column ÷ width is the azimuth from −Z towards +X, rows run from +Y down).
+    ///
+    /// Cubes whose edge length is a power of two from 16 to 8192 are filtered as they are. Any other source is first
+    /// resampled into a cube of at most 512. The handle may be changed and the image may be resized at any time.
     pub source: Handle<Image>,
-    /// When the maps are made anew. Defaults to [`Refresh::EveryFrame`].
+    /// When the maps are made again. Defaults to [`Refresh::EveryFrame`].
     pub refresh: Refresh,
 }
 
@@ -47,7 +50,7 @@ impl LiveEnvironment {
         Self { source, refresh: Refresh::default() }
     }
 
-    /// The same, refreshed as given.
+    /// The same lighting with another refresh policy.
     pub fn with_refresh(self, refresh: Refresh) -> Self {
         Self { refresh, ..self }
     }
@@ -55,7 +58,7 @@ impl LiveEnvironment {
 
 type UnlitCamera = (With<ArCamera>, Without<LiveEnvironment>);
 
-/// Lights cameras that have no environment of their own by the measured one.
+/// Lights cameras that have no environment of their own with the measured one.
 pub(super) fn light_cameras_by_probe(
     mut commands: Commands,
     cameras: Query<Entity, UnlitCamera>,

@@ -1,4 +1,4 @@
-//! The GGX lobe as a table of taps, for normal = view.
+//! GGX lobe as a table of taps, for normal = view.
 
 use bevy::{
     math::{DVec3, Vec3, Vec4},
@@ -7,26 +7,28 @@ use bevy::{
 };
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Taps a level can have, as in `taps.wgsl`.
+/// Maximum number of taps of a level, as in `taps.wgsl`.
 const MAX_TAPS: usize = 24;
-/// Rings a level can have, whose taps are counted in `RING_DEFS`.
+/// Maximum number of rings of a level.
 const MAX_RINGS: usize = 3;
+/// Shader definitions for the number of taps of each ring.
 const RING_DEFS: [&str; MAX_RINGS] = ["INNER_TAPS", "MIDDLE_TAPS", "OUTER_TAPS"];
 
-/// Standard deviation of what a lookup of the pyramid covers, in texels of its level: each level is a quadratic spline of the one
-/// above, and interpolated.
+/// Standard deviation of the footprint of a lookup in the pyramid, in texels of its level. Each level is a quadratic
+/// spline of the finer one, and is interpolated.
 const LEVEL_SIGMA: f64 = 0.65;
-/// How much wider it is in the mean over all levels between two.
+/// Mean factor on that standard deviation over all positions between two levels.
 const MEAN_LEVEL_WIDENING: f64 = 1.1;
-/// Variance that linear interpolation adds, in squared texels, in the mean over all offsets between them.
+/// Mean variance that linear interpolation adds, in squared texels, over all positions between texels.
 const INTERPOLATION_VARIANCE: f64 = 1.0 / 6.0;
-/// The same for the reader of the level made; a little more makes up for texels that are wider than high.
+/// Variance that the interpolation of the reader adds, in squared texels of the level that is made. A little more than
+/// [`INTERPOLATION_VARIANCE`], because texels can be wider than high.
 const READER_VARIANCE: f64 = 0.3;
 
-/// Cubes that taps read have at least this edge length.
+/// Minimum edge length of cubes that taps read.
 const MIN_SOURCE_EDGE: u32 = 4;
 
-/// A ring of taps around the mirror direction.
+/// Ring of taps around the mirror direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
     taps: usize,
@@ -42,13 +44,16 @@ impl Ring {
     }
 }
 
-/// For levels of many texels. Radii and spreads were found by a search for the least error of real rooms at alpha 0.04, with no
-/// peak above 1.045 times the true one, in a simulation of the whole path; the weights are fitted for each level.
+/// Rings of levels with many texels.
+///
+/// Radii and standard deviations come from a search for the least error in real rooms at alpha 0.04, with no peak
+/// above 1.045 times the true one, in a simulation of the whole path. The weights are fitted for each level.
 const FEW: &[Ring] = &[Ring::new(5, 0.912, 0.671), Ring::new(5, 2.909, 1.231)];
-/// For levels of few texels, where an alpha is many texels of the source wide; from the same search at alpha 0.16.
+/// Rings of levels with few texels, where an alpha is many texels of the source wide. From the same search at alpha
+/// 0.16.
 const MANY: &[Ring] = &[Ring::new(5, 0.579, 0.515), Ring::new(7, 1.351, 0.633), Ring::new(8, 2.685, 0.846)];
 
-/// Which rings a level's taps lie on.
+/// Choice of rings for a level.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum TapSet {
     Few,
@@ -56,7 +61,7 @@ pub(super) enum TapSet {
 }
 
 impl TapSet {
-    /// For a level with this edge length.
+    /// Rings for a level with this edge length.
     pub(super) fn for_edge(edge: u32) -> Self {
         if edge > 32 { Self::Few } else { Self::Many }
     }
@@ -68,24 +73,25 @@ impl TapSet {
         }
     }
 
-    /// Definitions of the shader that reads them.
+    /// Shader definitions for these rings.
     pub(super) fn shader_defs(self) -> Vec<ShaderDefVal> {
         let count = |ring: usize| self.rings().get(ring).map_or(0, |ring| ring.taps as u32);
         RING_DEFS.iter().enumerate().map(|(i, def)| ShaderDefVal::UInt((*def).into(), count(i))).collect()
     }
 }
 
-/// What a lobe is made of.
+/// Lobe as a sum of taps.
 pub(super) struct Lobe {
     /// Directions to the light relative to the normal (z), ring after ring.
     pub(super) offsets: Vec<Vec3>,
-    /// Of a tap of each ring; w: of the next rougher level, since the far tails of GGX are alike whatever their alpha. All together are 1.
+    /// Weight of each tap of a ring, for up to three rings; w: weight of the next rougher level, since the far tails
+    /// of GGX are alike for every alpha. The weights of all taps and w add up to 1.
     pub(super) weights: Vec4,
-    /// What the taps of each ring read.
+    /// Cube that the taps of each ring read.
     pub(super) sources: Vec<TapSource>,
 }
 
-/// A [`Lobe`] for the GPU. Mirror of `Taps` in `taps.wgsl`.
+/// [`Lobe`] for the GPU. Mirror of `Taps` in `taps.wgsl`.
 #[derive(ShaderType, Clone)]
 pub(super) struct TapsUniform {
     weights: Vec4,
@@ -100,28 +106,31 @@ impl From<&Lobe> for TapsUniform {
     }
 }
 
-/// A cube that taps read, made from the pyramid.
+/// Cube that taps read, made from the pyramid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TapSource {
+    /// Edge length in texels.
     pub(super) edge: u32,
-    /// Level of the pyramid that it shows; 0 is half the source's edge length.
+    /// Level of the pyramid that the cube shows; level 0 has half the source's edge length.
     pub(super) level: f64,
 }
 
-/// The kernel of the glossy maps by the angle to the light, without its norm.
+/// Kernel of the specular map by the angle to the light, not normalized.
 fn ggx(alpha: f64, angle: f64) -> f64 {
     let cosine = angle.cos().max(0.0);
     cosine / (0.5 * (1.0 + cosine) * (alpha * alpha - 1.0) + 1.0).powi(2)
 }
 
-/// The weights with which taps on rings, each a Gaussian spot, and the next rougher level together come closest to the lobe in
-/// the mean square over the hemisphere. The pyramid starts at half of `source_edge`; `edge` is that of the level made.
+/// Fits the weights of taps on rings, each a Gaussian spot, and of the next rougher level, so that their sum is
+/// closest to the lobe in the mean square over the hemisphere.
+///
+/// The pyramid starts at half of `source_edge`; `edge` is the edge length of the level that is made.
 pub(super) fn fit(alpha: f64, rougher: f64, rings: &[Ring], source_edge: u32, edge: u32) -> Lobe {
     const STEPS: usize = 2048;
     const AZIMUTHS: usize = 48;
     let texel = |edge: f64| (4.0 * PI / 6.0).sqrt() / edge;
     let finest = LEVEL_SIGMA * texel(0.5 * f64::from(source_edge));
-    // The coarsest cube that is fine enough, and the level at which it is as spread as the ring asks for.
+    // The coarsest cube that is fine enough, and the level at which its footprint is as wide as the ring requires.
     let sources: Vec<TapSource> = rings
         .iter()
         .map(|ring| {
@@ -164,7 +173,7 @@ pub(super) fn fit(alpha: f64, rougher: f64, rings: &[Ring], source_edge: u32, ed
     for (i, ring) in rings.iter().enumerate() {
         let (sin, cos) = (ring.radius * alpha).sin_cos();
         lobe.offsets.extend((0..ring.taps).map(|k| {
-            // Every other ring is turned by half a step, so that taps do not line up.
+            // Every other ring is rotated by half a step, so that taps do not line up.
             let (y, x) = (TAU * (k as f64 + 0.5 * i as f64) / ring.taps as f64).sin_cos();
             DVec3::new(sin * x, sin * y, cos).as_vec3()
         }));
@@ -174,7 +183,8 @@ pub(super) fn fit(alpha: f64, rougher: f64, rings: &[Ring], source_edge: u32, ed
     lobe
 }
 
-/// The weights ≥ 0 of `parts` whose sum is nearest to `target`: the most negative one is left out until there is none.
+/// Weights ≥ 0 of `parts` whose sum is nearest to `target`. The part with the most negative weight is left out until
+/// no weight is negative.
 fn least_squares(parts: &[Vec<f64>], target: &[f64], sample_weights: &[f64]) -> Vec<f64> {
     let product = |a: &[f64], b: &[f64]| -> f64 {
         a.iter().zip(b).zip(sample_weights).map(|((a, b), weight)| a * b * weight).sum()
@@ -200,7 +210,7 @@ fn least_squares(parts: &[Vec<f64>], target: &[f64], sample_weights: &[f64]) -> 
     }
 }
 
-/// Gauss–Jordan for a symmetric positive system with its right side as last column.
+/// Gauss–Jordan elimination for a symmetric positive definite system with its right side as the last column.
 fn solve(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
     let count = rows.len();
     for i in 0..count {
@@ -249,7 +259,7 @@ mod tests {
 
     #[test]
     fn the_mean_cosine_of_a_lobe_is_kept() {
-        // ∫ z² D dω ÷ ∫ z D dω by fine steps, against taps and tail; spots widen what lies around the axis.
+        // ∫ z² D dω ÷ ∫ z D dω in fine steps, against taps and tail. The spots widen the part around the axis.
         let mean_cosine = |alpha: f64| {
             let steps = (0..10_000).map(|i| (f64::from(i) + 0.5) * FRAC_PI_2 / 1e4);
             let (weight, moment) = steps.fold((0.0, 0.0), |(weight, moment), angle| {

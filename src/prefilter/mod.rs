@@ -1,18 +1,24 @@
-//! Raw environment → diffuse and specular maps that light every `StandardMaterial`.
+//! Environment filter: environment → diffuse and specular maps that light every `StandardMaterial`.
 //!
-//! **Enters:** an [`EnvironmentCube`], or any cube map, equirectangular picture or render target that a game puts into a
-//! [`LiveEnvironment`], on a camera or on a light probe; nothing else of this crate is needed. **Leaves:** a normal
-//! [`EnvironmentMapLight`] on the same entity, at the intensity that makes 1.0 in the source 1.0 in the frame buffer.
+//! **Enters:** an [`EnvironmentCube`](crate::environment_map::EnvironmentCube), or any cube map, equirectangular
+//! image or render target that a game puts into a [`LiveEnvironment`], on a camera or on a light probe. No other
+//! stage of this crate is required. **Leaves:** a normal [`EnvironmentMapLight`](bevy::light::EnvironmentMapLight) on
+//! the same entity, at the intensity at which 1.0 in the source becomes 1.0 in the frame buffer.
 //!
-//! The diffuse map is the cosine-weighted sum of all light and the rough glossy levels are whole sums of GGX, both over 6·8²
-//! blocks at their energy centroids. The sharp levels are rings of taps into a pyramid of splines (after Manson & Sloan 2016,
-//! *Fast Filtering of Reflection Probes*) whose shares are fitted to the lobe for each level, and a share of the next rougher
-//! level: the far tails of GGX are alike whatever the roughness. Each ring reads a cube of its own, the pyramid made equally sharp
-//! everywhere: that takes the search for levels out of the taps, and small lamps show no more of where between texels they lie. All are
-//! free of noise. [`Refresh`] says when they are made anew.
+//! # Method
+//! - The *diffuse map* is the cosine-weighted sum of all light. The *rough levels* of the specular map are full sums of
+//!   GGX. Both sums run over 6 · 8² blocks of the sphere at their energy centroids.
+//! - The *sharp levels* of the specular map are rings of taps into a pyramid of splines (after Manson & Sloan 2016,
+//!   *Fast Filtering of Reflection Probes*), plus a fraction of the next rougher level, because the far tails of GGX
+//!   are alike for every roughness. The weights are fitted to the lobe for each level.
+//! - Each ring reads a cube of its own, in which the pyramid is *equalized*: made equally sharp all over each face. Taps
+//!   need not choose levels then, and the result does not depend on where between texels a small lamp lies.
+//!
+//! None of the maps has noise. [`Refresh`] decides when the maps are made again.
 //!
 //! # Cost
-//! For each refresh, beside those of Bevy's `GeneratedEnvironmentMapLight` (read in its sources), which does this every frame:
+//! Work per refresh, beside that of Bevy's `GeneratedEnvironmentMapLight` (counted in its source code), which does it
+//! every frame:
 //!
 //! | | ours, 128² | Bevy, 128² | ours, 256² | Bevy, 256² |
 //! |---|---|---|---|---|
@@ -23,17 +29,19 @@
 //! | bytes written | 1.8 MB | 2.1 MB | 6.8 MB | 8.4 MB |
 //! | bind groups made | 0 | all | 0 | all |
 //!
-//! Ours are lookups in flat faces with a texel of their neighbors around, not in cubes, so that nothing hangs on how a driver looks across
-//! edges. Nothing is allocated for a refresh; bind groups, tables and buffers are made when a source arrives or changes its size.
-//! `benches/environment.rs` measures time and truth of both.
+//! Our lookups read flat faces with a border of their neighbors' texels instead of cubes, so that the result does not
+//! depend on how a driver interpolates across edges. A refresh allocates nothing: bind groups, tables and buffers are
+//! made when a source arrives or changes its size. `benches/environment.rs` measures time and accuracy of both
+//! filters.
 //!
-//! # More than light from afar
-//! A [`SceneProbe`] makes a source of the virtual scene itself, over the measured room. [`DeskParallax`] lets a probe mirror
-//! the part of the desk that is under it. [`CubePixels::harmonics`](crate::environment_map::CubePixels::harmonics)
-//! is an environment in nine numbers for code on the CPU.
+//! # Near surroundings
+//! A [`SceneProbe`] renders the virtual scene, over the measured room, into a source. [`DeskParallax`] makes a probe
+//! reflect the part of the desk that is under it. For code on the CPU,
+//! [`CubePixels::harmonics`](crate::environment_map::CubePixels::harmonics) gives an environment as nine
+//! coefficients.
 //!
 //! # Files
-//! Radiance and OpenEXR files become light, and measured light becomes a file:
+//! Radiance and OpenEXR files can be sources of light, and measured light can be saved to them:
 //!
 //! ```no_run
 //! # use bevy::prelude::*;
@@ -94,7 +102,7 @@ use bevy::{
 use live_environment::{light_cameras_by_probe, remove_lighting};
 use update_environments::{update_environments, update_intensities};
 
-/// Filters live environments.
+/// Filters live environments and renders scene probes.
 pub struct PrefilterPlugin;
 
 impl Plugin for PrefilterPlugin {

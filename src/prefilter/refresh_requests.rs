@@ -1,4 +1,4 @@
-//! Requests to filter environments anew.
+//! Requests to filter environments again.
 
 use super::{
     filtered_environment::FilteredEnvironment,
@@ -6,7 +6,7 @@ use super::{
 };
 use bevy::{camera::RenderTarget, prelude::*};
 
-/// Says to the render world which maps are due, and to the game how old they are.
+/// Requests the maps that are due from the render world, and reports the age of maps to the game.
 pub(super) fn request_refreshes(
     mut environments: Query<(&FilteredEnvironment, &mut EnvironmentState)>,
     mut changes: MessageReader<AssetEvent<Image>>,

@@ -54,7 +54,7 @@ fn face_image(edge: u32) -> Image {
 
 type Probe = (Entity, &'static SceneProbe, Option<&'static SceneCube>, Option<&'static LiveEnvironment>);
 
-/// Gives cameras and a cube to probes that have none of their size yet.
+/// Allocates cameras and a cube for probes that have none of their size yet.
 fn set_up_faces(mut commands: Commands, mut images: ResMut<Assets<Image>>, probes: Query<Probe>) {
     for (entity, probe, existing, environment) in &probes {
         let edge = probe.cube_edge();
@@ -107,7 +107,7 @@ fn remove_faces(removed: On<Remove, SceneProbe>, cubes: Query<&SceneCube>, mut c
 
 type FaceCamera = (&'static mut Camera, &'static mut Projection, Option<&'static RenderLayers>);
 
-/// Switches on the faces that are due, and hands on what they need to look like the main view.
+/// Activates the faces that are due, and copies the settings that make them look like the main view.
 fn schedule_faces(
     mut commands: Commands,
     mut probes: Query<(&SceneProbe, &mut SceneCube, Option<&RenderLayers>, Option<&Exposure>)>,
@@ -171,7 +171,8 @@ fn schedule_faces(
     }
 }
 
-/// After all transforms are known, so that a moving probe does not lag behind.
+/// Moves the faces to their probe. Runs after transform propagation, so that the faces do not lag behind a moving
+/// probe.
 fn place_faces(
     probes: Query<(&SceneCube, &GlobalTransform), Without<SceneFace>>,
     mut cameras: Query<(&mut Transform, &mut GlobalTransform), With<SceneFace>>,

@@ -1,20 +1,21 @@
-//! The virtual scene around a point as an environment, so that moving virtual objects mirror each other and the room.
+//! Scene probes: the virtual scene as an environment, so that moving virtual objects reflect each other and the room.
 
 use bevy::prelude::*;
 use std::f32::consts::FRAC_PI_2;
 
-/// Renders the virtual scene around this entity into a cube, over the real environment, and lights the surroundings by it: put
-/// it on a [`LightProbe`].
+/// Renders the virtual scene around this entity into a cube, over the real environment, and lights the surroundings
+/// with it. Put it on a [`LightProbe`].
 ///
-/// The faces follow the entity's place, not its turn or size. The cube gets into a [`LiveEnvironment`](super::LiveEnvironment) on the same entity,
-/// which is filtered anew when all six faces are (its [`refresh`](super::LiveEnvironment::refresh) may be changed). Each face is a whole
-/// camera for the engine: [`faces_per_frame`](Self::faces_per_frame) bounds the cost.
+/// The faces follow the position of the entity, not its rotation or scale. The cube becomes the source of a
+/// [`LiveEnvironment`](super::LiveEnvironment) on the same entity, which is filtered again when all six faces are
+/// rendered (its [`refresh`](super::LiveEnvironment::refresh) may be changed). Each face is a whole camera for the
+/// engine; [`faces_per_frame`](Self::faces_per_frame) limits the cost.
 ///
-/// What should not see itself, such as a mirror in whose middle the probe is, is kept out by [`RenderLayers`](bevy::camera::visibility::RenderLayers) on this entity:
-/// they are those of the faces. The same goes for [phantoms](crate::phantom::PhantomObject), which show what the main camera sees
-/// and nothing useful in other directions; lights have to be on a layer that the faces have, too. Mirrors that the probe sees
-/// show its own last cube: light goes back and forth once per refresh, weaker each time as long as surfaces reflect less
-/// than they receive.
+/// [`RenderLayers`](bevy::camera::visibility::RenderLayers) on this entity are those of the faces. Use them to keep
+/// out objects that should not see themselves, such as a mirror with the probe in its center, and
+/// [phantoms](crate::phantom::PhantomObject), which show the frame of the main camera and nothing useful in other
+/// directions. Lights have to be on a layer of the faces, too. Mirrors that the probe sees show its own last cube:
+/// light bounces once per refresh, weaker each time as long as surfaces reflect less than they receive.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -24,7 +25,7 @@ use std::f32::consts::FRAC_PI_2;
 ///     commands.spawn((
 ///         LightProbe::default(),
 ///         SceneProbe { faces_per_frame: 2, ..default() },
-///         // Lights everything within half a metre.
+///         // Lights everything within half a meter.
 ///         Transform::from_xyz(0.0, 0.2, 0.0).with_scale(Vec3::splat(1.0)),
 ///     ));
 /// }
@@ -33,17 +34,18 @@ use std::f32::consts::FRAC_PI_2;
 #[reflect(Component, Default, Debug, Clone)]
 #[require(Transform, Visibility)]
 pub struct SceneProbe {
-    /// Edge length of a face in texels; the next power of two from 16 to 1024 is taken. Defaults to 128.
+    /// Edge length of a face in texels, 16 to 1024, rounded up to a power of two. Defaults to 128.
     pub edge: u32,
-    /// Faces rendered in a frame, 0 (the cube stays as it is) to 6; more counts as 6. Defaults to 1: the cube is new after six
-    /// frames.
+    /// Faces rendered per frame, 0 (the cube stays as it is) to 6; more counts as 6. Defaults to 1: a new cube is
+    /// complete after six frames.
     pub faces_per_frame: u32,
-    /// Distance in metres from which things are seen; at least 0.0001. Defaults to 0.01.
+    /// Distance of the near plane in meters, at least 0.0001. Defaults to 0.01.
     pub near: f32,
-    /// Distance in metres up to which things are seen; more than `near`. Defaults to 100.
+    /// Distance of the far plane in meters, more than `near`. Defaults to 100.
     pub far: f32,
-    /// What is behind the virtual things and lights them: a cube map in frame buffer units, world axes. `None` takes the first
-    /// measured [`EnvironmentCube`](crate::environment_map::EnvironmentCube), or black where there is none. Defaults to `None`.
+    /// Background behind the virtual objects, which also lights them: a cube map in frame buffer units, world axes.
+    /// `None` is the first measured [`EnvironmentCube`](crate::environment_map::EnvironmentCube), or black if there
+    /// is none. Defaults to `None`.
     pub background: Option<Handle<Image>>,
 }
 
@@ -65,16 +67,17 @@ impl SceneProbe {
     }
 }
 
-/// What a [`SceneProbe`] has seen, on the same entity.
+/// Cube that a [`SceneProbe`] renders, on the same entity.
 #[derive(Component, Clone, Debug)]
 pub struct SceneCube {
-    /// Cube map of 16-bit floats in frame buffer units, world axes. Written by the GPU: do not change the asset behind it.
+    /// Cube map of 16-bit floats in frame buffer units, world axes. The GPU writes it, so do not change its [`Image`]
+    /// asset.
     pub cube: Handle<Image>,
     pub(super) faces: [Handle<Image>; 6],
     pub(super) cameras: [Entity; 6],
     pub(super) edge: u32,
-    /// The face that is rendered next.
+    /// Index of the face that is rendered next.
     pub(super) next: usize,
-    /// Faces rendered in this frame: the first, and how many.
+    /// Faces rendered in this frame: index of the first, and number.
     pub(super) due: (usize, usize),
 }

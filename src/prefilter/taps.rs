@@ -8,8 +8,8 @@ use super::{
 };
 use bevy::{prelude::*, render::render_resource::Texture};
 
-/// How many levels finer than the mean over a face the pyramid is read at the face's center, where texels are largest: half
-/// the base-2 logarithm of 6 ÷ π.
+/// How many levels finer than the mean over a face the pyramid is read at the face's center, where texels are
+/// largest: half the base-2 logarithm of 6 ÷ π.
 const CENTER_LEVEL_OFFSET: f64 = 0.467;
 
 /// A level of the specular map.

@@ -1,4 +1,4 @@
-//! Maps and lights of environments, kept in step with their sources.
+//! Update of maps and lights when the source of an environment changes.
 
 use super::{
     filtered_environment::FilteredEnvironment,
@@ -39,7 +39,7 @@ type Environment = (
     Option<(&'static DeskParallax, &'static GlobalTransform)>,
 );
 
-/// Gives maps to environments whose source has arrived, changed its size or been exchanged.
+/// Allocates maps for environments whose source has arrived, changed its size or been replaced.
 pub(super) fn update_environments(
     mut commands: Commands,
     mut images: ResMut<Assets<Image>>,
@@ -57,7 +57,7 @@ pub(super) fn update_environments(
                 && maps.viewpoint.is_some() == viewpoint.is_some()
         });
         let next = match images.get(&environment.source).map(SourceShape::of) {
-            // Images that live on the GPU only may have left the assets.
+            // Images that exist only on the GPU may have left the assets.
             None if maps.is_some() => continue,
             None => match assets.get_load_state(&environment.source) {
                 Some(LoadState::Failed(error)) => {

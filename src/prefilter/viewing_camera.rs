@@ -1,4 +1,4 @@
-//! The camera that the player looks through, and its exposure.
+//! Viewing camera: the one that the player looks through, and its exposure.
 
 use crate::camera::ArCamera;
 use bevy::{
@@ -14,8 +14,8 @@ pub(super) fn unit_intensity(exposure: Option<&Exposure>) -> f32 {
 
 type View = (&'static Camera, Has<ArCamera>, Option<&'static Exposure>, Option<&'static AmbientLight>);
 
-/// The camera that the player looks through: the first active [`ArCamera`], else the active [`Camera3d`] of the highest order.
-/// What is no camera itself, such as a light probe, is exposed as it is.
+/// Camera that the player looks through: the active [`ArCamera`], else the active [`Camera3d`], of the highest order.
+/// Entities that are no cameras, such as light probes, use its exposure.
 #[derive(SystemParam)]
 pub(super) struct ViewingCamera<'w, 's, F: QueryFilter + 'static> {
     cameras: Query<'w, 's, View, (With<Camera3d>, F)>,
@@ -24,7 +24,7 @@ pub(super) struct ViewingCamera<'w, 's, F: QueryFilter + 'static> {
 impl<F: QueryFilter> ViewingCamera<'_, '_, F> {
     fn view(&self) -> Option<(Option<Exposure>, Option<AmbientLight>)> {
         let active = self.cameras.iter().filter(|(camera, ..)| camera.is_active);
-        // Cameras into pictures come before those into windows: the last is looked through.
+        // Cameras that render into images have lower orders than those into windows, so the last one is the player's.
         let view = active.max_by_key(|(camera, is_ar, ..)| (*is_ar, camera.order));
         view.map(|(_, _, exposure, ambient)| (exposure.copied(), ambient.cloned()))
     }

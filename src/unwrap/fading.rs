@@ -14,8 +14,8 @@ impl Fading {
         if is_small { self } else { Self(fraction) }
     }
 
-    /// Weight with which the measured environment is mixed into the cube to get to the next state, so that each step is the
-    /// same part of the whole way.
+    /// Weight of the measured environment in the mix with the cube that leads to the next state. With it, equal steps
+    /// of the fraction change the cube by equal amounts.
     pub(super) fn weight_to(self, next: Self) -> f32 {
         if next.0 >= 1.0 { 1.0 } else { ((next.0 - self.0) / (1.0 - self.0)).clamp(0.0, 1.0) }
     }

@@ -13,9 +13,9 @@ use bevy::{
 };
 use std::time::Duration;
 
-/// Time in seconds after which the confidence in what is no longer visible has fallen to 1/e.
+/// Time in seconds after which the confidence in a direction that is no longer visible has fallen to 1/e.
 const MEMORY_SECONDS: f32 = 4.0;
-/// Change in the visible part adds this, times the fraction by which it has changed, to the exponent of that decay.
+/// Exponent that a change of the visible surroundings adds to that decay, per fraction by which they have changed.
 const CHANGE_DECAY: f32 = 6.0;
 
 /// Copy of an environment cube.

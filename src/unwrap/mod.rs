@@ -1,13 +1,19 @@
-//! Camera frames → environment cube.
+//! Unwrapping: camera frames → environment cube.
 //!
-//! **Enters:** the frame that shows a ball or that a probe camera delivers, with what [`probe`](crate::probe) measured of it, the gains of
+//! **Enters:** frames of balls and probe cameras, with what [`probe`](crate::probe) measured in them, the gains of
 //! clipped light from [`lighting`](crate::lighting), and the fallback. **Leaves:** an
-//! [`EnvironmentCube`](crate::environment_map::EnvironmentCube), rewritten on the GPU whenever something it depends on has changed.
+//! [`EnvironmentCube`](crate::environment_map::EnvironmentCube), rewritten on the GPU whenever something that it
+//! depends on has changed.
+//!
+//! # Method
+//! Each texel of the cube gets the mean of the pixels that show its direction (`ball.wgsl`, `lens.wgsl`,
+//! `frame_sampling.wgsl`), with clipped pixels multiplied by their gain (`clip_gains.wgsl`) and the blur of the
+//! lookups taken back (`deconvolution.wgsl`). The result is merged with the cube's history by confidence
+//! (`history.wgsl`). The documentation of [`probe`](crate::probe) describes how the cube combines several frames, and
+//! what fills the parts that are not visible in any of them.
 //!
 //! # Cost
-//! One compute dispatch of 6 · 128² threads per source and frame, and a copy of the cube that keeps what was seen.
-//!
-//! The essay of [`probe`](crate::probe) says how the cube is made from several frames and what fills the parts that nobody sees.
+//! Per source and frame one compute dispatch of 6 · 128² threads, and one copy of the cube into the history.
 
 mod extract;
 mod fading;
