@@ -122,7 +122,8 @@ impl Drop for WaitBeforeDrop {
     fn drop(&mut self) {
         if wait(&self.device, MAX_BUSY_TIME) == DeviceState::Busy {
             error!(
-                "the graphics device has been busy for {MAX_BUSY_TIME:?}, its driver seems to hang; its memory is not freed"
+                "the graphics device has been busy for {MAX_BUSY_TIME:?}, its driver seems to hang; its memory is not \
+                 freed"
             );
             std::mem::forget(self.queue.clone());
         }

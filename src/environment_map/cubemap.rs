@@ -83,7 +83,8 @@ mod tests {
         ($($token:tt)*) => {{
             let without_spaces = |text: &str| text.split_whitespace().collect::<String>();
             let expected = without_spaces(stringify!($($token)*));
-            assert!(without_spaces(include_str!("cubemap.wgsl")).contains(&expected), "cubemap.wgsl without {expected}");
+            let shader = without_spaces(include_str!("cubemap.wgsl"));
+            assert!(shader.contains(&expected), "cubemap.wgsl without {expected}");
             $($token)*
         }};
     }

@@ -105,32 +105,32 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_becomes_a_cube_and_a_cube_the_same_picture() {
+    fn an_image_becomes_a_cube_and_a_cube_the_same_image() {
         let size = UVec2::new(128, 64);
         let uv = |i: u32| (UVec2::new(i % size.x, i / size.x).as_vec2() + 0.5) / size.as_vec2();
         let texels = (0..size.x * size.y).map(|i| slope(equirect_direction(uv(i))));
-        let picture = EquirectPixels { size, texels: texels.collect() };
+        let image = EquirectPixels { size, texels: texels.collect() };
         let turn = Quat::from_rotation_y(0.7);
-        let cube = picture.to_cube(32, turn);
+        let cube = image.to_cube(32, turn);
         for (dir, _) in crate::environment_map::cube_directions(8) {
             let (expected, found) = (slope(turn.inverse() * dir), cube.sample(dir));
             assert!(found.distance(expected) < 0.03, "{dir}: {found} instead of {expected}");
         }
         let again = cube.to_equirect(size.x, turn);
         assert_eq!(again.size, size);
-        let worst = again.texels.iter().zip(&picture.texels).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        let worst = again.texels.iter().zip(&image.texels).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
         assert!(worst < 0.08, "{worst}");
     }
 
     #[test]
     fn a_small_lamp_keeps_its_energy_in_a_coarse_cube() {
         let size = UVec2::new(512, 256);
-        let mut picture = EquirectPixels { size, texels: vec![Vec3::ZERO; (size.x * size.y) as usize] };
+        let mut image = EquirectPixels { size, texels: vec![Vec3::ZERO; (size.x * size.y) as usize] };
         let (column, row) = (200, 100);
-        picture.texels[(row * size.x + column) as usize] = Vec3::splat(1e4);
+        image.texels[(row * size.x + column) as usize] = Vec3::splat(1e4);
         let polar = PI * (row as f32 + 0.5) / size.y as f32;
         let expected = 1e4 * polar.sin() * (PI / size.y as f32) * (TAU / size.x as f32);
-        let cube = picture.to_cube(32, Quat::IDENTITY);
+        let cube = image.to_cube(32, Quat::IDENTITY);
         let solid_angle = |i: usize| {
             let corner = UVec2::new(i as u32 % 32, i as u32 / 32 % 32).as_vec2();
             let p = (corner + 0.5) / 16.0 - 1.0;

@@ -35,7 +35,7 @@ pub enum EnvironmentFileError {
         reason: String,
     },
     /// The image is not twice as wide as it is high.
-    #[error("{path} is {size} pixels; an equirectangular picture is twice as wide as it is high, and at least 2 × 1")]
+    #[error("{path} is {size} pixels; an equirectangular image is twice as wide as it is high, and at least 2 × 1")]
     Shape {
         /// Path of the file.
         path: PathBuf,
@@ -176,7 +176,7 @@ mod tests {
         let path = scratch("square.exr");
         EquirectPixels { size: UVec2::splat(2), texels: vec![Vec3::ONE; 4] }.save(&path).expect("written");
         assert!(complaint(EquirectPixels::open(&path)).contains("twice as wide"));
-        std::fs::write(&path, b"not a picture").expect("written");
+        std::fs::write(&path, b"not an image").expect("written");
         assert!(complaint(EquirectPixels::open(&path)).contains("cannot read"));
         std::fs::remove_file(&path).expect("exists");
         let nowhere = Path::new("no such folder").join("sky.hdr");

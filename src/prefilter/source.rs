@@ -28,7 +28,8 @@ impl SourceShape {
         let is_float = matches!(texture.format.sample_type(None, None), Some(TextureSampleType::Float { .. }));
         if !is_float || texture.dimension != TextureDimension::D2 || texture.sample_count != 1 {
             return Err(format!(
-                "LiveEnvironment.source has the format {:?} ({:?}, {} samples); give a color image, for example Rgba16Float",
+                "LiveEnvironment.source has the format {:?} ({:?}, {} samples); give a color image, for example \
+                 Rgba16Float",
                 texture.format, texture.dimension, texture.sample_count
             ));
         }
@@ -42,16 +43,16 @@ impl SourceShape {
             1 if width == 2 * height && height > 0 => Self::Equirect(width),
             _ => {
                 return Err(format!(
-                    "LiveEnvironment.source is {width} × {height} with {layers} layers; give a cube map (six square layers) \
-                     or an equirectangular picture (twice as wide as high)"
+                    "LiveEnvironment.source is {width} × {height} with {layers} layers; give a cube map (six square \
+                     layers) or an equirectangular image (twice as wide as high)"
                 ));
             }
         };
         let is_wide_float = matches!(texture.format, TextureFormat::Rgba32Float | TextureFormat::R32Float);
         if is_wide_float && matches!(shape, Self::Cube(_)) && !shape.is_ready() {
             return Err(format!(
-                "LiveEnvironment.source is a cube of 32-bit floats with {width} texels along an edge; give it 16-bit floats \
-                 or a power of two from 16 to 8192"
+                "LiveEnvironment.source is a cube of 32-bit floats with {width} texels along an edge; give it 16-bit \
+                 floats or a power of two from 16 to 8192"
             ));
         }
         Ok(shape)

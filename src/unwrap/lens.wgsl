@@ -57,9 +57,9 @@ fn frame_point(dir: vec3f) -> vec2f {
 
 /// Visibility of a direction, 0…1: falls off towards the outline of the ball and the frame's border.
 fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
-    let from_middle = length((pixel - unwrap.center) / unwrap.focal);
+    let from_center = length((pixel - unwrap.center) / unwrap.focal);
     let sum = dir.z + unwrap.wrap;
-    let inside = (1.0 - from_middle) * min(unwrap.focal.x, unwrap.focal.y) / SOFT_PIXELS;
+    let inside = (1.0 - from_center) * min(unwrap.focal.x, unwrap.focal.y) / SOFT_PIXELS;
     return clamp(inside + 0.5, 0.0, 1.0) * inside_frame(pixel) * select(0.0, 1.0, sum > 0.0);
 }
 #endif
