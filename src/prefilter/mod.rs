@@ -2,8 +2,8 @@
 //!
 //! **Enters:** an [`EnvironmentCube`](crate::environment_map::EnvironmentCube), or any cube map, equirectangular
 //! image or render target that a game puts into a [`LiveEnvironment`], on a camera or on a light probe. No other
-//! stage of this crate is required. **Leaves:** a normal [`EnvironmentMapLight`](bevy::light::EnvironmentMapLight) on
-//! the same entity, at the intensity at which 1.0 in the source becomes 1.0 in the frame buffer.
+//! stage of this crate is required. **Leaves:** a normal [`EnvironmentMapLight`] on the same entity, at the intensity
+//! at which 1.0 in the source becomes 1.0 in the frame buffer.
 //!
 //! # Method
 //! - The *diffuse map* is the cosine-weighted sum of all light. The *rough levels* of the specular map are full sums of

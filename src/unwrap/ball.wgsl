@@ -11,7 +11,7 @@
 #import bevy_mirrorball::unwrap::clip_gains::gain_from
 #import bevy_mirrorball::unwrap::deconvolution::leaked
 #import bevy_mirrorball::unwrap::frame_sampling::{SMOOTH, SOFT_PIXELS, inside_frame, mean_of_frame, sample_frame}
-#import bevy_mirrorball::unwrap::observation::{MIN_CONFIDENCE, Seen, world_direction}
+#import bevy_mirrorball::unwrap::observation::{MIN_CONFIDENCE, Observation, world_direction}
 
 const PI: f32 = 3.14159265358979;
 /// Sharpness of lookups on a ball. Deconvolution makes up for the leak between its pixels, so they are less sharp than
@@ -29,7 +29,7 @@ fn project(pos_camera: vec3f) -> vec2f {
 }
 
 /// Visibility of a point from the camera, 0…1, past the frame's border and the blockers.
-fn view_of(point: vec3f) -> f32 {
+fn visibility_of(point: vec3f) -> f32 {
     let margin = SOFT_PIXELS * max(-point.z, 0.0) / unwrap.focal.x;
     var view = inside_frame(project(point));
     for (var i = 0u; i < arrayLength(&blockers); i++) {
@@ -68,7 +68,7 @@ fn surroundings_from(dir: vec3f) -> vec4f {
 }
 
 /// Observation of the direction at a position on a cube face; `step` is the distance between texels.
-fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
+fn observe(face: u32, p: vec2f, step: f32) -> Observation {
     let ball = unwrap.ball;
     let axis = -normalize(ball.center_camera);
     let dir_world = world_direction(face, p);
@@ -87,17 +87,17 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
         project(ball_point(ball, axis, side_of(axis, to_down), theta_down)) - pixel,
     );
     let gain = gain_from(dir_world, dir);
-    var seen: Seen;
+    var seen: Observation;
     let at_rim = smoothstep(ball.edge_angle - RIM.x, ball.edge_angle - RIM.y, angle);
     let sharpness = mix(SHARP_BALL, SMOOTH, at_rim);
     let mean = mean_of_frame(pixel, texel, gain, sharpness);
     // The correction never exceeds the mean, so that sensor noise in the dark stays small.
     seen.radiance = (mean + clamp(leaked(pixel, texel, sharpness), -mean, mean)) / ball.reflectance;
     seen.resolution = clamp(sqrt(abs(determinant(texel))), MIN_CONFIDENCE, 1.0);
-    seen.shown = view_of(point) * clamp((ball.edge_angle - angle) / RIM.y, 0.0, 1.0);
+    seen.visibility = visibility_of(point) * clamp((ball.edge_angle - angle) / RIM.y, 0.0, 1.0);
     // At the edge of the visible part the guess continues it. Where the ball is covered or outside of the frame, the
     // guess is worth little.
-    seen.guessed = view_of(point);
+    seen.guess_quality = visibility_of(point);
     if angle > ball.edge_angle {
         // A hidden direction gets the mean of an arc of the rim. The arc grows from the rim's nearest point, at the
         // edge, to the whole ring, in the middle of the gap.
@@ -108,17 +108,17 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
         for (var i = 0u; i < RING; i++) {
             let azimuth = unit_vector(PI * inward * ((2.0 * f32(i) + 1.0) / f32(RING) - 1.0));
             let rim = ball_point(ball, axis, side * azimuth.x + other * azimuth.y, rim_theta);
-            let weight = view_of(rim) + 1e-3;
+            let weight = visibility_of(rim) + 1e-3;
             ring += vec4f(sample_frame(project(rim), gain, SMOOTH) / ball.reflectance, 1.0) * weight;
         }
         seen.radiance = ring.rgb / ring.w;
-        seen.guessed = min(ring.w / f32(RING), 1.0);
+        seen.guess_quality = min(ring.w / f32(RING), 1.0);
     }
-    if max(at_rim, 1.0 - seen.guessed) > 0.0 {
+    if max(at_rim, 1.0 - seen.guess_quality) > 0.0 {
         let direct = surroundings_from(dir);
-        let weight = direct.a * max(at_rim, 1.0 - seen.guessed);
+        let weight = direct.a * max(at_rim, 1.0 - seen.guess_quality);
         seen.radiance = mix(seen.radiance, direct.rgb, weight);
-        seen.guessed = max(seen.guessed, weight);
+        seen.guess_quality = max(seen.guess_quality, weight);
     }
     return seen;
 }

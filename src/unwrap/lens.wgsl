@@ -9,7 +9,7 @@
 #import bevy_mirrorball::unwrap::bindings::{frame, unwrap}
 #import bevy_mirrorball::unwrap::clip_gains::gain_from
 #import bevy_mirrorball::unwrap::frame_sampling::{SHARP, SOFT_PIXELS, inside_frame, mean_of_frame}
-#import bevy_mirrorball::unwrap::observation::{MIN_CONFIDENCE, Seen, world_direction}
+#import bevy_mirrorball::unwrap::observation::{MIN_CONFIDENCE, Observation, world_direction}
 
 const PI: f32 = 3.14159265358979;
 /// tan 1.57, beyond which the stereographic projection is constant.
@@ -30,7 +30,7 @@ fn frame_point(dir: vec3f) -> vec2f {
 }
 
 /// Visibility of a direction, 0…1: falls off towards the edge of the lens's field of view and of the frame.
-fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
+fn visibility_in_lens(dir: vec3f, pixel: vec2f) -> f32 {
     let inside = unwrap.half_fov - angle_of(vec2f(-dir.z, length(dir.xy)));
     let soft = SOFT_PIXELS * unwrap.half_fov / min(unwrap.focal.x, unwrap.focal.y);
     return clamp(inside / soft, 0.0, 1.0) * inside_frame(pixel);
@@ -44,7 +44,7 @@ fn frame_point(dir: vec3f) -> vec2f {
 }
 
 /// Visibility of a direction: all are visible.
-fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
+fn visibility_in_lens(dir: vec3f, pixel: vec2f) -> f32 {
     return 1.0;
 }
 #else
@@ -56,7 +56,7 @@ fn frame_point(dir: vec3f) -> vec2f {
 }
 
 /// Visibility of a direction, 0…1: falls off towards the outline of the ball and the frame's border.
-fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
+fn visibility_in_lens(dir: vec3f, pixel: vec2f) -> f32 {
     let from_center = length((pixel - unwrap.center) / unwrap.focal);
     let sum = dir.z + unwrap.wrap;
     let inside = (1.0 - from_center) * min(unwrap.focal.x, unwrap.focal.y) / SOFT_PIXELS;
@@ -65,7 +65,7 @@ fn shown_by_lens(dir: vec3f, pixel: vec2f) -> f32 {
 #endif
 
 /// Observation of the direction at a position on a cube face; `step` is the distance between texels.
-fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
+fn observe(face: u32, p: vec2f, step: f32) -> Observation {
     let dir_world = world_direction(face, p);
     let dir = unwrap.camera_from_world * dir_world;
     let pixel = frame_point(dir);
@@ -76,11 +76,11 @@ fn seen_from(face: u32, p: vec2f, step: f32) -> Seen {
     right.x -= unwrap.focal.x * round(right.x / unwrap.focal.x);
     down.x -= unwrap.focal.x * round(down.x / unwrap.focal.x);
 #endif
-    var seen: Seen;
+    var seen: Observation;
     let texel = mat2x2f(right, down);
     seen.radiance = mean_of_frame(pixel, texel, gain_from(dir_world, dir), SHARP);
     seen.resolution = clamp(sqrt(abs(determinant(texel))), MIN_CONFIDENCE, 1.0);
-    seen.shown = shown_by_lens(dir, pixel);
-    seen.guessed = 0.0;
+    seen.visibility = visibility_in_lens(dir, pixel);
+    seen.guess_quality = 0.0;
     return seen;
 }

@@ -1,7 +1,7 @@
 //! Unwrapping: camera frames → environment cube.
 //!
-//! **Enters:** frames of balls and probe cameras, with what [`probe`](crate::probe) measured in them, the gains of
-//! clipped light from [`lighting`](crate::lighting), and the fallback. **Leaves:** an
+//! **Enters:** frames of balls and probe cameras, with what [`probe`] measured in them, the gains of clipped light from
+//! [`lighting`](crate::lighting), and the fallback. **Leaves:** an
 //! [`EnvironmentCube`](crate::environment_map::EnvironmentCube), rewritten on the GPU whenever something that it
 //! depends on has changed.
 //!
@@ -9,8 +9,8 @@
 //! Each texel of the cube gets the mean of the pixels that show its direction (`ball.wgsl`, `lens.wgsl`,
 //! `frame_sampling.wgsl`), with clipped pixels multiplied by their gain (`clip_gains.wgsl`) and the blur of the
 //! lookups taken back (`deconvolution.wgsl`). The result is merged with the cube's history by confidence
-//! (`history.wgsl`). The documentation of [`probe`](crate::probe) describes how the cube combines several frames, and
-//! what fills the parts that are not visible in any of them.
+//! (`history.wgsl`). The documentation of [`probe`] describes how the cube combines several frames, and what fills
+//! the parts that are not visible in any of them.
 //!
 //! # Cost
 //! Per source and frame one compute dispatch of 6 · 128² threads, and one copy of the cube into the history.

@@ -8,15 +8,15 @@
 const MIN_CONFIDENCE: f32 = 0.001;
 
 /// Observation of one direction.
-struct Seen {
+struct Observation {
     /// Radiance, or the best guess of it from this frame alone, in camera units.
     radiance: vec3f,
     /// Pixels per texel along an edge, at most 1.
     resolution: f32,
     /// Visibility of the direction in the frame, 0…1.
-    shown: f32,
+    visibility: f32,
     /// Quality of `radiance` as a guess where the direction is not visible, 0…1; at 1 it replaces an old measurement.
-    guessed: f32,
+    guess_quality: f32,
 }
 
 /// World direction of a position on a cube face, −1…1. The frame of a cube has the negative z of the world.

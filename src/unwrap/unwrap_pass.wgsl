@@ -6,9 +6,9 @@
 #import bevy_mirrorball::unwrap::bindings::cube
 #import bevy_mirrorball::unwrap::history::merged
 #ifdef BALL
-#import bevy_mirrorball::unwrap::ball::seen_from
+#import bevy_mirrorball::unwrap::ball::observe
 #else
-#import bevy_mirrorball::unwrap::lens::seen_from
+#import bevy_mirrorball::unwrap::lens::observe
 #endif
 
 @compute @workgroup_size(8, 8, 1)
@@ -18,6 +18,6 @@ fn unwrap_frame(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let step = 2.0 / f32(size.x);
-    let seen = seen_from(id.z, (vec2f(id.xy) + 0.5) * step - 1.0, step);
+    let seen = observe(id.z, (vec2f(id.xy) + 0.5) * step - 1.0, step);
     textureStore(cube, id.xy, id.z, merged(seen, id.xy, id.z));
 }
