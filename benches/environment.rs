@@ -2,17 +2,19 @@
 //!
 //! `cargo bench --profile dev --features egui,webcam --bench environment -- --csv environment.csv`
 //!
-//! In the development profile, so that what `cargo test` has built is used: all measured work is the graphics driver's. The
-//! columns are `map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam`. Rows with mip `all` are what a frame
-//! without cameras takes longer than one in which nothing is filtered (ratio = Bevy ÷ ours), alternating in blocks; with the map
-//! `picture` ours is the whole way from a camera's picture, against the generator at 256². The others are errors relative to the sums that
-//! each filter approximates, and steps across cube edges relative to the true ones there, of the diffuse map and by perceptual
-//! roughness. `--directions N` compares at 6·N² directions (defaults to 16, 0 leaves that out), `--blocks N`
-//! measures that many pairs of blocks (0: none).
+//! In the development profile, so that what `cargo test` has built is used: all measured work is the graphics driver's.
+//! The columns are `map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam`. Rows with mip `all`
+//! are what a frame without cameras takes longer than one in which nothing is filtered (ratio = Bevy ÷ ours),
+//! alternating in blocks; with the map `picture` ours is the whole way from a camera's picture, against the generator
+//! at 256². The others are errors relative to the sums that each filter approximates, and steps across cube edges
+//! relative to the true ones there, of the diffuse map and by perceptual roughness. `--directions N` compares at 6·N²
+//! directions (defaults to 16, 0 leaves that out), `--blocks N` measures that many pairs of blocks (0: none).
 
-#[path = "../tests/filter_truth/mod.rs"]
+#[path = "../tests/environment/filter_truth.rs"]
 mod filter_truth;
-#[path = "../tests/shared_data/mod.rs"]
+#[path = "../tests/support/radiance_cube.rs"]
+mod radiance_cube;
+#[path = "../tests/support/shared_data.rs"]
 mod shared_data;
 
 use bevy::{
@@ -80,7 +82,7 @@ fn app<B: Bundle>(edge: usize, texels: &[DVec3], light: impl FnOnce(Handle<Image
     let mut app = offscreen::build_app(offscreen::default_plugins(), |app| {
         app.add_plugins(PrefilterPlugin);
     })?;
-    let source = app.world_mut().resource_mut::<Assets<Image>>().add(filter_truth::cube(edge, texels));
+    let source = app.world_mut().resource_mut::<Assets<Image>>().add(radiance_cube::cube_image(edge, texels));
     let entity = app.world_mut().spawn((LightProbe::default(), Transform::default(), light(source))).id();
     for _ in 0..WARM_UP {
         frame(&mut app);
@@ -88,7 +90,8 @@ fn app<B: Bundle>(edge: usize, texels: &[DVec3], light: impl FnOnce(Handle<Image
     Ok((app, entity))
 }
 
-/// An app in which every frame brings a new 640 × 480 picture of a ball 100 pixels wide: picture → cube → filtered maps.
+/// An app in which every frame brings a new 640 × 480 picture of a ball 100 pixels wide: picture → cube → filtered
+/// maps.
 struct WholePath {
     app: App,
     camera: Entity,
@@ -156,7 +159,7 @@ fn main() -> Outcome<()> {
     let mut csv = "map,size,mip,ours_ms,bevy_ms,ratio,ours_rmse,bevy_rmse,ours_seam,bevy_seam\n".to_owned();
     let mut generator_ms = None;
     for &size in sizes {
-        let texels = filter_truth::texels(size, filter_truth::two_suns);
+        let texels = radiance_cube::texels(size, filter_truth::two_suns);
         let (mut ours, _) = app(size, &texels, LiveEnvironment::new)?;
         let (mut bevy, _) =
             app(size, &texels, |environment_map| GeneratedEnvironmentMapLight { environment_map, ..default() })?;
@@ -207,7 +210,7 @@ fn main() -> Outcome<()> {
 
 fn compare(name: &str, size: usize, radiance: Radiance, options: &Options, csv: &mut String) -> Outcome<()> {
     let directions = options.directions;
-    let texels = filter_truth::texels(size, radiance);
+    let texels = radiance_cube::texels(size, radiance);
     let truth = Truth::of(size, &texels, directions);
     let read = |(mut app, entity): (App, Entity)| -> Outcome<_> {
         let maps = app.world().get::<EnvironmentMapLight>(entity).ok_or("there are no maps")?.clone();

@@ -2,15 +2,15 @@
 //!
 //! `cargo bench --profile dev --features egui,webcam --bench shadows -- --csv shadows.csv`
 //!
-//! In the development profile, so that what `cargo test` has built is used: all measured work is the graphics driver's. The
-//! columns are `case,directions,casters,triangles,width,height,k,ours_ms,peer,peer_ms,ratio,device`. Times are what a frame
-//! takes longer than the same frame without shadows (medians of alternating blocks), ratio = ours ÷ peer; rows with peer
-//! `none` have whole frames instead. A case is `static` or `moving` (every caster turns in every frame), with what
-//! `VisibilitySamples` are used, and `k` is the number of directions drawn again per moving frame.
+//! In the development profile, so that what `cargo test` has built is used: all measured work is the graphics driver's.
+//! The columns are `case,directions,casters,triangles,width,height,k,ours_ms,peer,peer_ms,ratio,device`. Times are what
+//! a frame takes longer than the same frame without shadows (medians of alternating blocks), ratio = ours ÷ peer; rows
+//! with peer `none` have whole frames instead. A case is `static` or `moving` (every caster turns in every frame), with
+//! what `VisibilitySamples` are used, and `k` is the number of directions drawn again per moving frame.
 //!
 //! `--triangles 1000,20000,200000` and `--directions 16,64,256` choose what is measured, `--size 640x360` the picture,
-//! `--blocks N` how often blocks alternate, `--peers directional_2,ssao` the peers, `--samples interleaved,half` what is summed up where,
-//! `--key-lights N` how many places for key lights the dome has, all of them free.
+//! `--blocks N` how often blocks alternate, `--peers directional_2,ssao` the peers, `--samples interleaved,half` what
+//! is summed up where, `--key-lights N` how many places for key lights the dome has, all of them free.
 
 use bevy::{
     camera::Exposure,
@@ -329,11 +329,13 @@ fn main() -> Outcome<()> {
                     };
                     let (peer, ratio) = (peer.name(), ours / theirs);
                     println!(
-                        "{case}, {triangles} triangles: dome of {directions} {ours:.1} ms, {peer} {theirs:.1} ms, ratio {ratio:.3}"
+                        "{case}, {triangles} triangles: dome of {directions} {ours:.1} ms, {peer} {theirs:.1} ms, \
+                         ratio {ratio:.3}"
                     );
                     writeln!(
                         csv,
-                        "{case},{directions},{CASTERS},{triangles},{width},{height},{k},{ours:.3},{peer},{theirs:.3},{ratio:.4},{device}"
+                        "{case},{directions},{CASTERS},{triangles},{width},{height},{k},{ours:.3},{peer},\
+                         {theirs:.3},{ratio:.4},{device}"
                     )?;
                 }
             }

@@ -3,9 +3,9 @@
 //! ```text
 //! cargo run --example real_lights -- --picture 20 --out real_lights.png
 //! ```
-//! Left, clipped light counts as white; right, its energy is recovered from what stands on the desk. An arrow shows where a light
-//! shines to, in its color; its length grows with its part of all light. A label has the light's number, its part of all light in percent
-//! and its elevation in degrees. Needs no window; renders on software Vulkan too.
+//! Left, clipped light counts as white; right, its energy is recovered from what stands on the desk. An arrow shows
+//! where a light shines to, in its color; its length grows with its part of all light. A label has the light's number,
+//! its part of all light in percent and its elevation in degrees. Needs no window; renders on software Vulkan too.
 
 use bevy::{asset::RecursiveDependencyLoadState, light::NotShadowCaster, prelude::*};
 use bevy_mirrorball::{
@@ -191,7 +191,8 @@ fn write_labels(app: &mut App, picture: &mut image::RgbImage, intrinsics: Intrin
         let elevation = light.direction.y.asin().to_degrees();
         let azimuth = light.direction.x.atan2(-light.direction.z).to_degrees();
         println!(
-            "  light {}: elevation {elevation:.1}°, azimuth {azimuth:.1}° (from -Z to +X), {}, radius {:.1}°, {:.1} % of all light",
+            "  light {}: elevation {elevation:.1}°, azimuth {azimuth:.1}° (from -Z to +X), {}, radius {:.1}°, {:.1} % \
+             of all light",
             light.id,
             light.position.map_or("far away".into(), |position| format!("{:.1} m away", position.distance(TARGET))),
             light.angular_radius.to_degrees(),

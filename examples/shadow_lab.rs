@@ -1,7 +1,8 @@
-//! Toy cars drive in a corner of two walls, under a sky whose lamp can be moved; every setting of the dome is in a panel.
+//! Toy cars drive in a corner of two walls, under a sky whose lamp can be moved; every setting of the dome is in a
+//! panel.
 //!
-//! `cargo run --features egui --example shadow_lab`, or without a window
-//! `cargo run --features egui --example shadow_lab -- --headless --frames 8 --out shadow_lab --directions 64 --filter gauss`.
+//! `cargo run --features egui --example shadow_lab`, or without a window `cargo run --features egui --example
+//! shadow_lab -- --headless --frames 8 --out shadow_lab --directions 64 --filter gauss`.
 //!
 //! All is virtual: no marker, no ball, no camera picture. The scene is the one in which Kunze (2006) compared shadows.
 
@@ -339,7 +340,8 @@ fn draw_panel(
         ui.add(egui::Slider::new(&mut lamp.speed, 0.0..=3.0).text("cars' speed"));
         ui.separator();
         ui.label(format!(
-            "{} casters · {} key lights · {} directions redrawn, {} outdated · the oldest of {} main ones is {} frames old",
+            "{} casters · {} key lights · {} directions redrawn, {} outdated · the oldest of {} main ones is {} \
+             frames old",
             state.casters, state.key_lights, state.redrawn, state.outdated, state.main, state.oldest_main
         ));
         let frame = diagnostics.get(&FrameTimeDiagnosticsPlugin::FRAME_TIME).and_then(|time| time.smoothed());

@@ -1,6 +1,7 @@
 //! A photograph of a mirrored ball becomes an equirectangular environment map.
 //!
-//! `cargo run --example unwrap_ball -- --photo ball.jpg --center 1031,1037 --diameter 1988 --fov 280 --out surroundings.hdr`
+//! `cargo run --example unwrap_ball -- --photo ball.jpg --center 1031,1037 --diameter 1988 --fov 280 --out
+//! surroundings.hdr`
 
 use bevy::{
     color::{ColorToComponents, ColorToPacked, LinearRgba, Srgba},

@@ -2,7 +2,8 @@
 # Runs all tests on software Vulkan, as CI does: no GPU and no window needed.
 #
 #   scripts/test.sh                       everything, examples compiled, documentation examples run
-#   scripts/test.sh --test authoring      arguments go to cargo test
+#   scripts/test.sh --test tracking       arguments go to cargo test: one of the folders of tests/,
+#   scripts/test.sh --test shadows -- toon::   or those of its tests whose paths contain a name
 #   scripts/test.sh --driver swiftshader  on SwiftShader, a second software Vulkan (fetched on Debian; slower)
 #   scripts/test.sh --driver FILE.json    on the Vulkan driver that this file describes
 #
@@ -62,7 +63,8 @@ if [ "$(uname -s)" = Linux ]; then export WGPU_BACKEND=vulkan; fi
 export MIRRORBALL_REQUIRE_GPU=1
 
 # the driver's own words: name and version
-cargo test --quiet --workspace --features egui,webcam "${locked[@]+"${locked[@]}"}" --test device the_driver_is_named -- --nocapture |
+cargo test --quiet --workspace --features egui,webcam "${locked[@]+"${locked[@]}"}" \
+    --test environment device::the_driver_is_named -- --nocapture |
     grep '^driver:' || echo "driver: unknown, the test that names it failed"
 
 echo "tests: cargo test --workspace --features egui,webcam --no-fail-fast $*"

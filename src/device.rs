@@ -5,8 +5,8 @@
 //!
 //! # Budget
 //! All stages keep within WebGPU's default limits and need no optional feature: per shader stage 16 sampled textures,
-//! 16 samplers, 8 storage buffers, 12 uniform buffers and 4 storage textures, in 4 bind groups. `tests/device.rs`
-//! counts.
+//! 16 samplers, 8 storage buffers, 12 uniform buffers and 4 storage textures, in 4 bind groups.
+//! `tests/environment/device.rs` counts.
 
 use bevy::{
     prelude::*,

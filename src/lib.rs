@@ -63,7 +63,7 @@
 //! A picture must not hang on what WGSL leaves open: the accuracy of `atan2`, `sin` and the like, filtering weights, what lies across
 //! the edges of a cube, derivatives, not-a-number, the order of writes. So angles come from `trigonometry.wgsl`, tables and solid angles
 //! from the CPU in double precision, cubes are read face by face (`environment_map/cubemap.wgsl`), multisampled prepasses where their sample lies,
-//! and divisors are clamped. `tests/shaders.rs` lists each use of a loosely defined builtin with the reason why it is harmless.
+//! and divisors are clamped. `tests/environment/shaders/loose_builtins.rs` lists each use of a loosely defined builtin with the reason why it is harmless.
 //!
 //! Each shader stage keeps within WebGPU's default limits, beside what Bevy binds for the view, the mesh and a `StandardMaterial`:
 //!
@@ -74,7 +74,7 @@
 //! | storage buffers | 8 | 7 | 3 |
 //! | uniform buffers | 12 | 6 | 1 |
 //!
-//! There is no texture left: what comes next shares a binding. `tests/device.rs` counts. Bevy itself goes beyond on native devices
+//! There is no texture left: what comes next shares a binding. `tests/environment/device.rs` counts. Bevy itself goes beyond on native devices
 //! (occlusion culling, its own environment filter) and leaves that out where it does not fit; its ambient occlusion needs a texture
 //! more than there is. On WebGPU irradiance volumes are off, so that they need none.
 //!

@@ -189,13 +189,14 @@ fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
         .collect();
     let (scene, frame) = (options.scene.display(), options.frame.display());
     if anchors.is_empty() {
-        return Err(format!("{scene} has no MarkerAnchor: give a node the extras {{\"MarkerAnchor\": {{\"id\": 0, \"size\": 0.1}}, \"WorldOrigin\": {{}}}}").into());
+        let extras = r#"{"MarkerAnchor": {"id": 0, "size": 0.1}, "WorldOrigin": {}}"#;
+        return Err(format!("{scene} has no MarkerAnchor: give a node the extras {extras}").into());
     }
     if !anchors.iter().any(|(_, is_tracked)| *is_tracked) {
         let ids: Vec<String> = anchors.iter().map(|(id, _)| id.to_string()).collect();
         return Err(format!(
-            "no marker: tag36h11 number {} was not found in {frame}. It has to be wholly in the picture, at least 40 pixels \
-             wide, sharp, with a white margin, and evenly lit",
+            "no marker: tag36h11 number {} was not found in {frame}. It has to be wholly in the picture, at least 40 \
+             pixels wide, sharp, with a white margin, and evenly lit",
             ids.join(" or ")
         )
         .into());
@@ -207,12 +208,15 @@ fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
     }
     let probes: Vec<bool> = world.query::<&ProbeMeasurement>().iter(world).map(|probe| probe.is_in_view).collect();
     if probes.is_empty() {
-        return Err(format!("{scene} has no LightProbeSphere: give the node at the ball's center the extras {{\"LightProbeSphere\": {{\"radius\": 0.05}}}}").into());
+        let extras = r#"{"LightProbeSphere": {"radius": 0.05}}"#;
+        return Err(
+            format!("{scene} has no LightProbeSphere: give the node at the ball's center the extras {extras}").into()
+        );
     }
     if !probes.contains(&true) {
         return Err(format!(
-            "no ball: by the marker's pose the ball of {scene} lies outside {frame} or is too small in it. Check the node's \
-             position (metres, in the marker's frame), the marker's size and --intrinsics"
+            "no ball: by the marker's pose the ball of {scene} lies outside {frame} or is too small in it. Check the \
+             node's position (metres, in the marker's frame), the marker's size and --intrinsics"
         )
         .into());
     }

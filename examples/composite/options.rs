@@ -19,7 +19,8 @@ usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --
   --dump-environment FILE   write what lights the scene as an equirectangular picture (.hdr or .exr)
   --no-shadows              no dome shadows
   --uniform-sky             light the scene by a uniform white sky instead of the room, for comparison
-  --evidence NAME           what tells how bright clipped lights are: desk (default), paper, or none to take them for white
+  --evidence NAME           what tells how bright clipped lights are: desk (default), paper, or none to take them
+                            for white
   --no-recovery             the same as --evidence none
 ";
 

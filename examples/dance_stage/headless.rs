@@ -41,7 +41,8 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
         .map_err(|error| format!("cannot make the folder {}: {error}", options.out.display()))?;
     let (feed, size) = options.camera_feed()?;
     let feed = feed.with_pace(FeedPace::Lockstep);
-    // A software driver is what most machines without a display have; Bevy's and wgpu's notices about it help nobody here.
+    // A software driver is what most machines without a display have; Bevy's and wgpu's notices about it help nobody
+    // here.
     let log = LogPlugin { filter: "warn,bevy_render=error,wgpu=error,naga=error".to_owned(), ..default() };
     let plugins = offscreen::default_plugins().set(asset_plugin(options)?);
     let mut app = offscreen::build_app(plugins, |app| {

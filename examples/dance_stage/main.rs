@@ -1,4 +1,5 @@
-//! A dancer on a real desk, lit by the room that a mirrored ball shows; every thing switches between toon and image-based.
+//! A dancer on a real desk, lit by the room that a mirrored ball shows; every thing switches between toon and
+//! image-based.
 //!
 //! ```text
 //! cargo run --example dance_stage --features egui

@@ -21,17 +21,20 @@ usage: dance_stage [OPTIONS]
   --intrinsics FX,FY,CX,CY the camera's focal lengths and principal point in pixels of its pictures
   --fov DEG                or its horizontal field of view, if it was never calibrated
                            (default: what the clip's sidecar says, else 60)
-  --set FILE               a glTF file whose node extras say where marker, ball and real things are; the stage stands on the
-                           marker (default: assets/desk/set.glb for the recorded desk, else assets/desk/bare_set.glb, which
-                           has nothing but marker and ball)
+  --set FILE               a glTF file whose node extras say where marker, ball and real things are; the stage stands on
+                           the marker (default: assets/desk/set.glb for the recorded desk, else
+                           assets/desk/bare_set.glb, which has nothing but marker and ball)
   --scene FILE             the same with virtual things of its own, instead of set and stage
-  --toon THING[,THING…]    what starts as toon: dancer, floor, rim, left loudspeaker, right loudspeaker, mirror ball, or all
+  --toon THING[,THING…]    what starts as toon: dancer, floor, rim, left loudspeaker, right loudspeaker, mirror ball,
+                           or all
   --headless               draw to files instead of a window; chosen by itself where there is no display
   --frames N               pictures to draw then (default 60)
   --size WIDTHxHEIGHT      their size in pixels (default: that of the feed's pictures)
-  --out DIR                folder for them, frame_0000.png and so on, a contact sheet and report.json (default dance_stage_out)
+  --out DIR                folder for them, frame_0000.png and so on, a contact sheet and report.json
+                           (default dance_stage_out)
 
-Keys: 1 to 9 switch one thing between toon and image-based, T all of them, Tab the panel, Space holds the dance, Esc ends.";
+Keys: 1 to 9 switch one thing between toon and image-based, T all of them, Tab the panel, Space holds the dance,
+Esc ends.";
 
 /// What a webcam is asked for; intrinsics are understood for this size.
 const DEVICE_SIZE: UVec2 = UVec2::new(640, 480);

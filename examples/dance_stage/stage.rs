@@ -14,7 +14,8 @@ pub(crate) const THINGS: [&str; 6] = ["dancer", "floor", "rim", "left loudspeake
 #[derive(Resource)]
 pub(crate) struct StartAsToon(pub Vec<&'static str>);
 
-/// Spawns dancer, floor, loudspeakers and a mirror ball on a stand. World and marker frame are the same: the audience sits at −Z.
+/// Spawns dancer, floor, loudspeakers and a mirror ball on a stand. World and marker frame are the same: the audience
+/// sits at −Z.
 pub(crate) fn spawn(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,

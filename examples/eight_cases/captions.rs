@@ -30,8 +30,8 @@ const COLUMNS: u32 = 5;
 /// From one letter to the next in its pixels.
 const ADVANCE: u32 = 6;
 
-/// Writes a line of capitals with its upper left corner at `at` and returns where it ends; letters have pixels of `scale`²,
-/// unknown ones are left blank.
+/// Writes a line of capitals with its upper left corner at `at` and returns where it ends; letters have pixels of
+/// `scale`², unknown ones are left blank.
 pub(crate) fn write(picture: &mut RgbImage, at: UVec2, scale: u32, color: Rgb<u8>, text: &str) -> UVec2 {
     for (i, letter) in text.chars().enumerate() {
         let Some((_, rows)) = LETTERS.iter().find(|(known, _)| *known == letter) else {

@@ -2,9 +2,9 @@
 //!
 //! `cargo run --example eight_cases -- --out eight_cases.png`
 //!
-//! Starts from a photograph of a desk with a can on it. Real light is the room's, measured in the mirrored ball; the virtual
-//! light is a spot lamp of Bevy. The virtual can is yellow, the virtual plate white. Where all three are real the picture is
-//! the photograph, untouched. Needs no window; renders on software Vulkan too.
+//! Starts from a photograph of a desk with a can on it. Real light is the room's, measured in the mirrored ball; the
+//! virtual light is a spot lamp of Bevy. The virtual can is yellow, the virtual plate white. Where all three are real
+//! the picture is the photograph, untouched. Needs no window; renders on software Vulkan too.
 
 mod captions;
 

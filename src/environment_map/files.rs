@@ -6,6 +6,7 @@
 
 use super::EquirectPixels;
 use bevy::prelude::*;
+use image::{ImageError, ImageFormat, ImageReader, Rgb32FImage};
 use std::{
     fs::File,
     io::{BufReader, BufWriter},
@@ -44,19 +45,11 @@ pub enum EnvironmentFileError {
     },
 }
 
-enum Format {
-    Radiance,
-    OpenExr,
-}
-
-impl Format {
-    fn of(path: &Path) -> Result<Self, EnvironmentFileError> {
-        let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
-        match extension.as_deref() {
-            Some("hdr") => Ok(Self::Radiance),
-            Some("exr") => Ok(Self::OpenExr),
-            _ => Err(EnvironmentFileError::UnknownFormat(path.to_owned())),
-        }
+/// Format of a file, by the extension of its name.
+fn format_of(path: &Path) -> Result<ImageFormat, EnvironmentFileError> {
+    match ImageFormat::from_path(path) {
+        Ok(format @ (ImageFormat::Hdr | ImageFormat::OpenExr)) => Ok(format),
+        _ => Err(EnvironmentFileError::UnknownFormat(path.to_owned())),
     }
 }
 
@@ -65,63 +58,36 @@ impl EquirectPixels {
     /// largest finite value.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, EnvironmentFileError> {
         let path = path.as_ref();
-        let (size, texels) = match Format::of(path)? {
-            Format::Radiance => read_radiance(path),
-            Format::OpenExr => read_open_exr(path),
-        }
-        .map_err(|reason| EnvironmentFileError::Read { path: path.to_owned(), reason })?;
+        let pixels = read(path, format_of(path)?)
+            .map_err(|reason| EnvironmentFileError::Read { path: path.to_owned(), reason: reason.to_string() })?;
+        let size = UVec2::from(pixels.dimensions());
         if size.x != 2 * size.y || size.y == 0 {
             return Err(EnvironmentFileError::Shape { path: path.to_owned(), size });
         }
         let clean = |value: f32| if value.is_nan() { 0.0 } else { value.clamp(0.0, f32::MAX) };
-        let texels = texels.into_iter().map(|texel| texel.map(clean)).collect();
+        let texels = pixels.pixels().map(|pixel| Vec3::from_array(pixel.0).map(clean)).collect();
         Ok(Self { size, texels })
     }
 
     /// Writes a Radiance or OpenEXR file, depending on the extension of its name.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), EnvironmentFileError> {
         let path = path.as_ref();
-        match Format::of(path)? {
-            Format::Radiance => self.write_radiance(path),
-            Format::OpenExr => self.write_open_exr(path),
-        }
-        .map_err(|reason| EnvironmentFileError::Write { path: path.to_owned(), reason })
-    }
-
-    fn write_radiance(&self, path: &Path) -> Result<(), String> {
-        let pixels: Vec<image::Rgb<f32>> = self.texels.iter().map(|texel| image::Rgb(texel.to_array())).collect();
-        let file = File::create(path).map_err(|error| error.to_string())?;
-        image::codecs::hdr::HdrEncoder::new(BufWriter::new(file))
-            .encode(&pixels, self.size.x as usize, self.size.y as usize)
-            .map_err(|error| error.to_string())
-    }
-
-    fn write_open_exr(&self, path: &Path) -> Result<(), String> {
-        let texel = |x: usize, y: usize| <(f32, f32, f32)>::from(self.texels[y * self.size.x as usize + x]);
-        exr::prelude::write_rgb_file(path, self.size.x as usize, self.size.y as usize, texel)
-            .map_err(|error| error.to_string())
+        let pixels = Rgb32FImage::from_fn(self.size.x, self.size.y, |x, y| {
+            image::Rgb(self.texels[(y * self.size.x + x) as usize].to_array())
+        });
+        let format = format_of(path)?;
+        File::create(path)
+            .map_err(ImageError::from)
+            .and_then(|file| pixels.write_to(&mut BufWriter::new(file), format))
+            .map_err(|reason| EnvironmentFileError::Write { path: path.to_owned(), reason: reason.to_string() })
     }
 }
 
-type SizedTexels = (UVec2, Vec<Vec3>);
-
-fn read_radiance(path: &Path) -> Result<SizedTexels, String> {
-    let file = File::open(path).map_err(|error| error.to_string())?;
-    let decoder = image::codecs::hdr::HdrDecoder::new(BufReader::new(file)).map_err(|error| error.to_string())?;
-    let image = image::DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?.into_rgb32f();
-    let size = UVec2::new(image.width(), image.height());
-    Ok((size, image.pixels().map(|pixel| Vec3::from_array(pixel.0)).collect()))
-}
-
-fn read_open_exr(path: &Path) -> Result<SizedTexels, String> {
-    let as_size = |size: exr::math::Vec2<usize>| UVec2::new(size.width() as u32, size.height() as u32);
-    let allocate = move |size: exr::math::Vec2<usize>, _: &_| (as_size(size), vec![Vec3::ZERO; size.area()]);
-    let set = |(size, texels): &mut SizedTexels, at: exr::math::Vec2<usize>, (r, g, b, _): (f32, f32, f32, f32)| {
-        texels[at.y() * size.x as usize + at.x()] = Vec3::new(r, g, b);
-    };
-    let image =
-        exr::prelude::read_first_rgba_layer_from_file(path, allocate, set).map_err(|error| error.to_string())?;
-    Ok(image.layer_data.channel_data.pixels)
+/// Decodes a file, without a size limit: environments are large, and the game has chosen them.
+fn read(path: &Path, format: ImageFormat) -> Result<Rgb32FImage, ImageError> {
+    let mut reader = ImageReader::with_format(BufReader::new(File::open(path)?), format);
+    reader.no_limits();
+    Ok(reader.decode()?.into_rgb32f())
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
 // Full sums over blocks: the diffuse map and the rough levels of the specular map, as Bevy's EnvironmentMapLight reads
-// them. The double-precision reference is in tests/filter_truth.
+// them. The double-precision reference is in tests/environment/filter_truth.rs.
 
 #import bevy_mirrorball::environment_map::cubemap::{face_direction, face_position, relative_angle}
 #import bevy_mirrorball::prefilter::padded_faces::edge_without_padding

@@ -1,4 +1,5 @@
-// Rings of taps: the sharp levels of the specular map. The double-precision reference is in tests/filter_truth.
+// Rings of taps: the sharp levels of the specular map. The double-precision reference is in
+// tests/environment/filter_truth.rs.
 //
 // INNER_TAPS, MIDDLE_TAPS, OUTER_TAPS: number of taps of each ring, for `specular_taps`.
 

@@ -46,7 +46,7 @@
 //!
 //! # How true
 //! Against 4096 rays under an even sky the root of the mean squared error is 0.010 with 64 directions and 0.006 with 256; under
-//! real skies without key lights 0.01 to 0.1 with 64 (`tests/shadow_truth.rs`); with a key light that gives two thirds of the
+//! real skies without key lights 0.01 to 0.1 with 64 (`tests/shadows/ray_truth.rs`); with a key light that gives two thirds of the
 //! light 0.007, without 0.05. `benches/shadows.rs` compares with the engine's shadows.
 //!
 //! # Limits

@@ -1,0 +1,9 @@
+//! Whole programs: the examples as child processes, and a game without a renderer.
+
+mod built_example;
+mod composite;
+#[cfg(feature = "egui")]
+mod dance_stage;
+mod no_renderer;
+#[path = "../support/shared_data.rs"]
+mod shared_data;

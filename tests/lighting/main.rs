@@ -1,0 +1,22 @@
+//! The light of the real room: environments from balls, lenses and fallbacks, and the lights solved from them.
+
+#[path = "../support/cubes.rs"]
+mod cubes;
+mod darker_views;
+#[path = "../support/gpu.rs"]
+mod gpu;
+mod lights;
+mod map_view;
+#[cfg(feature = "apriltag")]
+mod measuring;
+mod probe;
+mod probe_sources;
+#[path = "../support/shared_data.rs"]
+mod shared_data;
+#[path = "../support/sky_cube.rs"]
+mod sky_cube;
+mod solved;
+mod sphere;
+mod traced_desk;
+mod truth;
+mod unwrap_truth;

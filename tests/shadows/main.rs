@@ -1,0 +1,20 @@
+//! What virtual objects do to the picture of a real desk: dome shadows, lamps, materials and the edges between real and
+//! virtual.
+
+mod casters;
+mod desk;
+mod dome;
+mod drawing;
+#[path = "../support/gpu.rs"]
+mod gpu;
+mod lamps;
+#[path = "../support/radiance_cube.rs"]
+mod radiance_cube;
+mod ray_truth;
+#[path = "../support/shared_data.rs"]
+mod shared_data;
+mod simple_scenes;
+#[path = "../support/sky_cube.rs"]
+mod sky_cube;
+mod soft_edges;
+mod toon;

@@ -1,0 +1,6 @@
+//! Dome shadows against ray casting: the fraction of the sky's light that reaches a desk between boxes and balls.
+
+mod key_lights;
+mod rays;
+mod skies;
+mod virtual_scene;

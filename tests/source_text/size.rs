@@ -1,0 +1,55 @@
+//! Lines and files that are too long to read.
+
+use crate::sources;
+
+/// Columns of a line, as `rustfmt.toml` has it. Comments, strings and shaders, which `rustfmt` leaves alone, are
+/// wrapped by hand.
+const MAX_COLUMNS: usize = 120;
+/// Lines of a file.
+const MAX_LINES: usize = 300;
+/// Fraction of unit tests above which a file may be longer.
+const TEST_FRACTION: f64 = 0.25;
+
+#[test]
+fn no_line_is_too_wide() {
+    let mut wide = Vec::new();
+    for file in sources(&["src", "tests", "examples", "benches"]) {
+        for (i, line) in file.text.lines().enumerate() {
+            let columns = line.chars().count();
+            if columns > MAX_COLUMNS {
+                wide.push(format!("{}:{}: {columns} columns", file.path, i + 1));
+            }
+        }
+    }
+    assert!(wide.is_empty(), "{} lines are wider than {MAX_COLUMNS} columns:\n{}", wide.len(), wide.join("\n"));
+}
+
+/// Lines from the unit tests at the foot of a file on.
+fn test_lines(text: &str) -> usize {
+    let lines: Vec<&str> = text.lines().collect();
+    let start = lines.windows(2).position(|pair| pair[0] == "#[cfg(test)]" && pair[1].starts_with("mod "));
+    start.map_or(0, |start| lines.len() - start)
+}
+
+#[test]
+fn no_source_file_is_too_long() {
+    let mut long = Vec::new();
+    for file in sources(&["src"]) {
+        let (lines, tests) = (file.text.lines().count(), test_lines(&file.text));
+        if lines > MAX_LINES && tests as f64 <= TEST_FRACTION * lines as f64 {
+            long.push(format!("{}: {lines} lines, {tests} of them unit tests", file.path));
+        }
+    }
+    assert!(
+        long.is_empty(),
+        "{} files are longer than {MAX_LINES} lines and not over a quarter unit tests; split them by concept:\n{}",
+        long.len(),
+        long.join("\n")
+    );
+}
+
+#[test]
+fn unit_tests_count_from_their_module_on() {
+    assert_eq!(test_lines("fn f() {}\n\n#[cfg(test)]\nmod tests {\n}\n"), 3);
+    assert_eq!(test_lines("#[cfg(test)]\nuse a::b;\nfn f() {}\n"), 0);
+}

@@ -1,0 +1,271 @@
+//! The camera or the anchors move to where the markers are seen. Needs neither a GPU nor the AprilTag library: the
+//! detector of these tests says what it is told.
+
+use crate::lens::LENS;
+use bevy::{math::DVec2, prelude::*};
+use bevy_mirrorball::{
+    camera::FramePixels,
+    prelude::*,
+    tracking::{
+        DetectedMarker, DetectedMarkers, LumaView, MarkerDetection, MarkerDetector, MarkerState, MarkerTracking,
+        TrackingPlugin,
+    },
+};
+use std::{
+    f32::consts::PI,
+    sync::{Arc, Mutex},
+    time::Duration,
+};
+
+/// Side of the markers in meters.
+const SIZE: f32 = 0.1;
+/// Rotations pass through a handful of products in single precision.
+const RADIANS: f32 = 1e-5;
+/// The same for positions a few meters from the world's origin.
+const METERS: f32 = 1e-5;
+
+/// Markers that say so are found at full resolution only.
+const HARD_TO_READ: u32 = 2;
+
+type Script = Arc<Mutex<Vec<DetectedMarker>>>;
+
+struct Scripted(Script);
+
+impl MarkerDetector for Scripted {
+    fn detect(&mut self, picture: LumaView, decimation: f32) -> Vec<DetectedMarker> {
+        // The window around a marker is searched again; corners found there count from the window's corner.
+        if picture.size() != LENS.size {
+            return Vec::new();
+        }
+        let mut markers = self.0.lock().expect("no test panicked").clone();
+        markers.retain(|marker| decimation <= 1.0 || marker.corrected_bits != HARD_TO_READ);
+        markers
+    }
+}
+
+/// How a marker of [`SIZE`] looks from a camera.
+fn seen(id: u32, camera_from_marker: Isometry3d) -> DetectedMarker {
+    let h = 0.5 * SIZE;
+    let (focal, center) = (LENS.focal.as_dvec2(), LENS.center.as_dvec2());
+    let corners = [(-h, -h), (h, -h), (h, h), (-h, h)].map(|(x, z)| {
+        let p = Vec3::from(camera_from_marker.transform_point(Vec3::new(x, 0.0, z))).as_dvec3();
+        center + focal * DVec2::new(p.x, -p.y) / -p.z
+    });
+    DetectedMarker { id, corners, corrected_bits: 0 }
+}
+
+/// Pose of the marker for a camera at a point of the marker frame that looks at the marker.
+fn view_from(eye: Vec3) -> Isometry3d {
+    Transform::from_translation(eye).looking_at(Vec3::new(0.01, 0.0, 0.02), Vec3::Y).to_isometry().inverse()
+}
+
+fn first_view() -> Isometry3d {
+    view_from(Vec3::new(0.1, 0.4, 0.3))
+}
+
+fn second_view() -> Isometry3d {
+    view_from(Vec3::new(-0.3, 0.35, 0.2))
+}
+
+/// An app with tracking and one camera.
+struct Desk {
+    app: App,
+    camera: Entity,
+    script: Script,
+    sequence: u64,
+}
+
+impl Desk {
+    fn new() -> Self {
+        let (mut app, script) = (App::new(), Script::default());
+        app.add_plugins((MinimalPlugins, TransformPlugin))
+            .insert_resource(MarkerDetection::new(Scripted(script.clone())))
+            .add_plugins(TrackingPlugin);
+        let start = Transform::from_xyz(3.0, 2.0, 1.0).with_rotation(Quat::from_euler(EulerRot::YXZ, 0.5, -0.4, 0.3));
+        let camera = app.world_mut().spawn((ArCamera::new(LENS), start)).id();
+        Self { app, camera, script, sequence: 0 }
+    }
+
+    fn spawn(&mut self, bundle: impl Bundle) -> Entity {
+        self.app.world_mut().spawn(bundle).id()
+    }
+
+    /// A new picture arrives, with these markers in it.
+    fn show(&mut self, markers: &[DetectedMarker]) {
+        *self.script.lock().expect("no test panicked") = markers.to_vec();
+        self.sequence += 1;
+        let pixels = FramePixels::new(LENS.size, vec![128; 4 * LENS.size.element_product() as usize]).expect("fits");
+        let captured = Duration::from_millis(40 * self.sequence);
+        let frame = CameraFrame::new(pixels, self.sequence, captured);
+        self.app.world_mut().entity_mut(self.camera).insert(frame);
+        self.app.update();
+    }
+
+    fn get<C: Component + Clone>(&self, entity: Entity) -> C {
+        self.app.world().get::<C>(entity).expect("the component").clone()
+    }
+
+    fn world_from(&self, entity: Entity) -> Isometry3d {
+        self.get::<GlobalTransform>(entity).to_isometry()
+    }
+
+    /// Where the scene has the marker, seen from the camera.
+    fn assert_camera_from(&self, anchor: Entity, expected: Isometry3d) {
+        assert_same(self.world_from(self.camera).inverse() * self.world_from(anchor), expected);
+    }
+
+    fn tracking(&self, anchor: Entity) -> MarkerTracking {
+        self.get(anchor)
+    }
+}
+
+fn assert_same(found: Isometry3d, expected: Isometry3d) {
+    // `angle_between` takes the arc cosine, which cannot tell angles below 0.001 rad from none.
+    let turn = 2.0 * (found.rotation * expected.rotation.inverse()).xyz().length();
+    let shift = found.translation.distance(expected.translation);
+    println!("off by {turn} rad and {shift} m");
+    assert!(turn < RADIANS && shift < METERS, "{found:?} instead of {expected:?}: {turn} rad, {shift} m");
+}
+
+#[test]
+fn with_a_world_origin_the_camera_moves_and_the_anchor_stays() {
+    let mut desk = Desk::new();
+    let anchor = desk.spawn((MarkerAnchor::new(0, SIZE), WorldOrigin));
+    for view in [first_view(), second_view()] {
+        desk.show(&[seen(0, view)]);
+        assert_same(desk.world_from(desk.camera), view.inverse());
+        assert_eq!(desk.get::<Transform>(anchor), Transform::IDENTITY);
+    }
+    let tracking = desk.tracking(anchor);
+    assert_eq!((tracking.state, tracking.last_seen), (MarkerState::Tracked, Some(2)));
+    assert_same(tracking.camera_from_marker.expect("a pose"), second_view());
+    assert_eq!(desk.get::<DetectedMarkers>(desk.camera).sequence, 2);
+}
+
+#[test]
+fn a_world_origin_stays_wherever_the_game_put_it() {
+    let mut desk = Desk::new();
+    let place = Transform::from_xyz(1.0, 0.7, -2.0).with_rotation(Quat::from_euler(EulerRot::YXZ, 2.0, 0.3, -0.5));
+    let alone = desk.spawn((MarkerAnchor::new(0, SIZE), WorldOrigin, place));
+    desk.show(&[seen(0, first_view())]);
+    assert_eq!(desk.get::<Transform>(alone), place);
+    assert_same(desk.world_from(desk.camera), place.to_isometry() * first_view().inverse());
+
+    let table = desk.spawn(Transform::from_xyz(-4.0, 0.5, 0.2).with_rotation(Quat::from_rotation_y(1.2)));
+    desk.app.world_mut().entity_mut(table).add_child(alone);
+    desk.show(&[seen(0, second_view())]);
+    assert_eq!(desk.get::<Transform>(alone), place);
+    let world_from_anchor = desk.get::<Transform>(table).to_isometry() * place.to_isometry();
+    assert_same(desk.world_from(desk.camera), world_from_anchor * second_view().inverse());
+}
+
+#[test]
+fn a_camera_on_a_rig_ends_up_where_the_marker_says() {
+    let mut desk = Desk::new();
+    let rig = desk.spawn(Transform::from_xyz(0.0, 5.0, 0.0).with_rotation(Quat::from_rotation_x(0.4)));
+    desk.app.world_mut().entity_mut(rig).add_child(desk.camera);
+    let anchor = desk.spawn((MarkerAnchor::new(0, SIZE), WorldOrigin));
+    desk.show(&[seen(0, first_view())]);
+    desk.assert_camera_from(anchor, first_view());
+    assert_same(desk.world_from(desk.camera), first_view().inverse());
+}
+
+#[test]
+fn without_a_world_origin_the_anchor_moves_and_the_camera_stays() {
+    let mut desk = Desk::new();
+    let before = desk.get::<Transform>(desk.camera);
+    let scale = Vec3::new(2.0, 3.0, 4.0);
+    let free = desk.spawn((MarkerAnchor::new(0, SIZE), Transform::from_scale(scale)));
+    let table = desk.spawn(Transform::from_xyz(-4.0, 0.5, 0.2).with_rotation(Quat::from_rotation_y(PI / 3.0)));
+    let child = desk.spawn((MarkerAnchor::new(7, SIZE), ChildOf(table)));
+    for (one, other) in [(first_view(), second_view()), (second_view(), first_view())] {
+        desk.show(&[seen(0, one), seen(7, other)]);
+        assert_eq!(desk.get::<Transform>(desk.camera), before);
+        desk.assert_camera_from(child, other);
+        let placed = desk.get::<Transform>(free);
+        assert_same(placed.to_isometry(), before.to_isometry() * one);
+        assert_eq!(placed.scale, scale, "the game's own scale is kept");
+    }
+}
+
+#[test]
+fn other_anchors_move_relative_to_the_world_origin() {
+    let mut desk = Desk::new();
+    let origin = desk.spawn((MarkerAnchor::new(0, SIZE), WorldOrigin));
+    let cube = desk.spawn(MarkerAnchor::new(7, SIZE));
+    let origin_from_cube = Isometry3d::new(Vec3::new(0.08, 0.05, -0.1), Quat::from_rotation_y(0.8));
+    for view in [first_view(), second_view()] {
+        desk.show(&[seen(0, view), seen(7, view * origin_from_cube)]);
+        assert_eq!(desk.get::<Transform>(origin), Transform::IDENTITY);
+        // The markers keep their relation while the camera walks around them.
+        assert_same(desk.world_from(cube), origin_from_cube);
+    }
+}
+
+#[test]
+fn a_lost_marker_holds_its_pose_and_recovers() {
+    let mut desk = Desk::new();
+    let origin = desk.spawn((MarkerAnchor::new(0, SIZE), WorldOrigin));
+    let cube = desk.spawn(MarkerAnchor::new(7, SIZE));
+    assert_eq!(desk.tracking(origin).state, MarkerState::Searching);
+    desk.show(&[seen(0, first_view()), seen(7, second_view())]);
+    let held = [desk.get::<Transform>(desk.camera), desk.get::<Transform>(origin), desk.get::<Transform>(cube)];
+    for _ in 0..2 {
+        desk.show(&[]);
+        let now = [desk.get::<Transform>(desk.camera), desk.get::<Transform>(origin), desk.get::<Transform>(cube)];
+        assert_eq!(now, held);
+        for anchor in [origin, cube] {
+            let tracking = desk.tracking(anchor);
+            assert_eq!((tracking.state, tracking.last_seen), (MarkerState::Lost, Some(1)));
+            assert!(tracking.camera_from_marker.is_some() && tracking.candidates.is_none());
+        }
+    }
+    desk.show(&[seen(0, second_view())]);
+    assert_same(desk.world_from(desk.camera), second_view().inverse());
+    assert_eq!((desk.tracking(origin).state, desk.tracking(origin).last_seen), (MarkerState::Tracked, Some(4)));
+    assert_eq!(desk.tracking(cube).state, MarkerState::Lost);
+    assert_eq!(desk.get::<Transform>(cube), held[2], "a lost anchor stays in the world, not in the picture");
+}
+
+#[test]
+fn an_anchor_added_after_the_picture_arrived_is_posed() {
+    let mut desk = Desk::new();
+    desk.show(&[seen(0, first_view()), seen(7, second_view())]);
+    desk.app.update();
+    let anchor = desk.spawn(MarkerAnchor::new(7, SIZE));
+    desk.app.update();
+    assert_eq!(desk.tracking(anchor).state, MarkerState::Tracked);
+    desk.assert_camera_from(anchor, second_view());
+}
+
+#[test]
+fn a_small_marker_is_searched_closer_when_its_anchor_comes_after_the_picture() {
+    let mut desk = Desk::new();
+    desk.show(&[DetectedMarker { corrected_bits: HARD_TO_READ, ..seen(7, second_view()) }]);
+    assert!(desk.get::<DetectedMarkers>(desk.camera).markers.is_empty());
+    let anchor = desk.spawn(MarkerAnchor::new(7, SIZE));
+    desk.app.update();
+    assert_eq!(desk.tracking(anchor).state, MarkerState::Tracked);
+    desk.assert_camera_from(anchor, second_view());
+}
+
+#[test]
+fn an_anchor_that_cannot_exist_keeps_searching_until_it_is_corrected() {
+    let mut desk = Desk::new();
+    let impossible = [(587, SIZE), (u32::MAX, SIZE), (3, 0.0), (3, -SIZE), (3, f32::NAN), (3, f32::INFINITY)];
+    let anchors = impossible.map(|(id, size)| desk.spawn(MarkerAnchor::new(id, size)));
+    let before = desk.get::<Transform>(desk.camera);
+    let markers = [seen(587, first_view()), seen(u32::MAX, first_view()), seen(3, second_view())];
+    for _ in 0..2 {
+        desk.show(&markers);
+        for anchor in anchors {
+            assert_eq!(desk.tracking(anchor), MarkerTracking::default());
+            assert_eq!(desk.get::<Transform>(anchor), Transform::IDENTITY);
+        }
+    }
+    desk.app.world_mut().entity_mut(anchors[4]).insert(MarkerAnchor::new(3, SIZE));
+    desk.app.update();
+    assert_eq!(desk.tracking(anchors[4]).state, MarkerState::Tracked);
+    desk.assert_camera_from(anchors[4], second_view());
+    assert_eq!(desk.get::<Transform>(desk.camera), before);
+}

@@ -1,0 +1,24 @@
+//! Camera feeds, the frame behind the scene, marker detection and poses, and authored scenes.
+
+mod authoring;
+mod background;
+#[cfg(feature = "apriltag")]
+mod desk_clip;
+mod feeds;
+mod follow;
+#[path = "../support/gpu.rs"]
+mod gpu;
+mod lens;
+#[cfg(feature = "apriltag")]
+mod pose_error;
+#[cfg(feature = "apriltag")]
+mod pose_truth;
+#[cfg(feature = "apriltag")]
+mod print;
+#[cfg(feature = "apriltag")]
+mod rendered_tags;
+#[cfg(feature = "apriltag")]
+#[path = "../support/shared_data.rs"]
+mod shared_data;
+#[cfg(feature = "webcam")]
+mod webcam;
