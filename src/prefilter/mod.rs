@@ -9,8 +9,8 @@
 //! - The *diffuse map* is the cosine-weighted sum of all light. The *rough levels* of the specular map are full sums of
 //!   GGX. Both sums run over 6 · 8² blocks of the sphere at their energy centroids.
 //! - The *sharp levels* of the specular map are rings of taps into a pyramid of splines (after Manson & Sloan 2016,
-//!   *Fast Filtering of Reflection Probes*), plus a fraction of the next rougher level, because the far tails of GGX
-//!   are alike for every roughness. The weights are fitted to the lobe for each level.
+//!   *Fast Filtering of Reflection Probes*), plus a fraction of the next rougher level, because the far tails of
+//!   GGX are alike for every roughness. The weights are fitted to the lobe for each level.
 //! - Each ring reads a cube of its own, in which the pyramid is *equalized*: made equally sharp all over each face. Taps
 //!   need not choose levels then, and the result does not depend on where between texels a small lamp lies.
 //!
