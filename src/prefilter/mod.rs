@@ -11,8 +11,8 @@
 //! - The *sharp levels* of the specular map are rings of taps into a pyramid of splines (after Manson & Sloan 2016,
 //!   *Fast Filtering of Reflection Probes*), plus a fraction of the next rougher level, because the far tails of
 //!   GGX are alike for every roughness. The weights are fitted to the lobe for each level.
-//! - Each ring reads a cube of its own, in which the pyramid is *equalized*: made equally sharp all over each face. Taps
-//!   need not choose levels then, and the result does not depend on where between texels a small lamp lies.
+//! - Each ring reads a cube of its own, in which the pyramid is *equalized*: made equally sharp all over each face.
+//!   Taps need not choose levels then, and the result does not depend on where between texels a small lamp lies.
 //!
 //! None of the maps has noise. [`Refresh`] decides when the maps are made again.
 //!
