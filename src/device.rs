@@ -1,10 +1,12 @@
-//! What stages need of the graphics device, and how long the crate waits for it.
+//! Graphics device: requirements of the stages, and waiting with a time limit.
 //!
-//! A stage asks [`can_draw`] when the renderer starts and stays off, with one line in the log, where something is missing.
+//! Each stage calls [`can_draw`] when the renderer starts. If the device lacks something, the stage logs one line and
+//! stays off.
 //!
 //! # Budget
-//! Everything keeps within WebGPU's default limits, per shader stage 16 sampled textures, 16 samplers, 8 storage buffers, 12
-//! uniform buffers and 4 storage textures, in 4 bind groups, and needs no optional feature. `tests/environment/device.rs` counts.
+//! All stages keep within WebGPU's default limits and need no optional feature: per shader stage 16 sampled textures,
+//! 16 samplers, 8 storage buffers, 12 uniform buffers and 4 storage textures, in 4 bind groups.
+//! `tests/environment/device.rs` counts.
 
 use bevy::{
     prelude::*,
@@ -18,22 +20,23 @@ use std::{
     time::Duration,
 };
 
-/// How long the device may be busy without any news before it counts as hung.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(120);
+/// Time that the device may be busy without progress before it counts as hung.
+pub(crate) const MAX_BUSY_TIME: Duration = Duration::from_secs(120);
 
-/// What a stage needs beyond drawing and compute shaders.
+/// Requirements of a stage beyond drawing and compute shaders.
 pub(crate) struct Needs {
-    /// The plugin, as users know it.
+    /// Name of the plugin, as users know it.
     pub plugin: &'static str,
-    /// What is missing without the stage.
+    /// Consequence of the stage being off, for the log.
     pub purpose: &'static str,
-    /// In one shader stage.
+    /// Storage buffers in one shader stage.
     pub storage_buffers: u32,
+    /// Storage textures in one shader stage.
     pub storage_textures: u32,
 }
 
 impl Needs {
-    /// What the device lacks, in words.
+    /// Requirement that a device does not meet, in words.
     fn missing(&self, limits: &WgpuLimits, flags: DownlevelFlags) -> Option<String> {
         let too_few = |needed: u32, found: u32, what: &str| {
             (needed > found).then(|| format!("{needed} {what} in a shader stage, and the device allows {found}"))
@@ -47,8 +50,8 @@ impl Needs {
     }
 }
 
-/// Whether there is a renderer whose device has what a stage needs. If not, says so in the log. In a plugin's `finish`, when the
-/// device is known.
+/// Whether there is a renderer whose device meets the requirements of a stage. Logs a warning if not. To be called in a
+/// plugin's `finish`, when the device is known.
 pub(crate) fn can_draw(app: &App, needs: &Needs) -> bool {
     let Needs { plugin, purpose, .. } = needs;
     let (Some(device), Some(adapter)) =
@@ -66,24 +69,25 @@ pub(crate) fn can_draw(app: &App, needs: &Needs) -> bool {
     }
 }
 
-/// Whether the driver places the samples of a pixel mirrored from left to right, against the standard places that it claims to
-/// use. `SwiftShader` does: depths of a slanted plane, drawn with four samples, are those of (0.625, 0.125), (0.125, 0.375),
-/// (0.875, 0.625) and (0.375, 0.875).
+/// Whether the driver mirrors the sample positions of a pixel from left to right, compared with the standard
+/// positions that it claims to use. `SwiftShader` does: the depths of a slanted plane, drawn with four samples, are
+/// those at (0.625, 0.125), (0.125, 0.375), (0.875, 0.625) and (0.375, 0.875).
 pub(crate) fn mirrors_samples(app: &App) -> bool {
     app.world().get_resource::<RenderAdapterInfo>().is_some_and(|adapter| adapter.name.contains("SwiftShader"))
 }
 
-/// What a device does.
+/// Activity of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DeviceState {
-    /// It has done all it was given.
+    /// All submitted work is done.
     Idle,
-    /// It has not, within the time given to it.
+    /// Work was left at the end of the waiting time.
     Busy,
+    /// The device is lost.
     Lost,
 }
 
-/// Waits until a device is idle, at most for some time.
+/// Waits until a device is idle, at most for `timeout`.
 pub(crate) fn wait(device: &RenderDevice, timeout: Duration) -> DeviceState {
     let poll = || device.poll(PollType::Wait { submission_index: None, timeout: Some(timeout) });
     // wgpu panics while it waits for a lost device.
@@ -94,7 +98,8 @@ pub(crate) fn wait(device: &RenderDevice, timeout: Duration) -> DeviceState {
     }
 }
 
-/// Lets the device finish before a world that holds it is dropped: wgpu waits for six seconds, and panics then.
+/// Guard that waits for the device before the world that holds it is dropped. wgpu itself waits for six seconds, then
+/// panics.
 #[derive(Resource)]
 pub(crate) struct WaitBeforeDrop {
     device: RenderDevice,
@@ -102,7 +107,7 @@ pub(crate) struct WaitBeforeDrop {
 }
 
 impl WaitBeforeDrop {
-    /// Adds it to an app whose renderer has started.
+    /// Adds the guard to an app whose renderer has started.
     pub(crate) fn add(app: &mut App) {
         let world = app.world_mut();
         if let (Some(device), Some(queue)) =
@@ -115,9 +120,10 @@ impl WaitBeforeDrop {
 
 impl Drop for WaitBeforeDrop {
     fn drop(&mut self) {
-        if wait(&self.device, PATIENCE) == DeviceState::Busy {
+        if wait(&self.device, MAX_BUSY_TIME) == DeviceState::Busy {
             error!(
-                "the graphics device has been busy for {PATIENCE:?}, its driver seems to hang; its memory is not freed"
+                "the graphics device has been busy for {MAX_BUSY_TIME:?}, its driver seems to hang; its memory is not \
+                 freed"
             );
             std::mem::forget(self.queue.clone());
         }

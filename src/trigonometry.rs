@@ -1,9 +1,10 @@
-//! Angles as exact as 32-bit floats hold them, on every driver: the shader library trigonometry.wgsl. On the CPU the standard
-//! library is as exact; the twins below test the formulas.
+//! Angles and unit vectors that are accurate on every driver: the shader library `trigonometry.wgsl`.
+//!
+//! On the CPU the standard library is as accurate. The twins below test the formulas of the shader.
 
 use bevy::{prelude::*, shader::load_shader_library};
 
-/// Makes the library known to the shaders of a plugin.
+/// Loads the shader library for the shaders of a plugin.
 pub(crate) fn load(app: &mut App) {
     load_shader_library!(app, "trigonometry.wgsl");
 }
@@ -13,7 +14,7 @@ mod tests {
     use bevy::math::Vec2;
     use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-    /// Twin of `angle_of` in trigonometry.wgsl.
+    /// Twin of `angle_of` in `trigonometry.wgsl`.
     fn angle_of(v: Vec2) -> f32 {
         let (low, high) = (v.abs().min_element(), v.abs().max_element());
         let is_upper = low > 0.414_213_56 * high;
@@ -27,7 +28,7 @@ mod tests {
         if v.y < 0.0 { -half_turn } else { half_turn }
     }
 
-    /// Twin of `unit_vector` in trigonometry.wgsl.
+    /// Twin of `unit_vector` in `trigonometry.wgsl`.
     fn unit_vector(angle: f32) -> Vec2 {
         let x = 0.25 * angle;
         let z = x * x;

@@ -1,16 +1,18 @@
-// Angles as exact as 32-bit floats hold them, on every driver: WGSL allows its own `atan2` an error of 4096 units in the last
-// place and its `sin` and `cos` one of 2⁻¹¹, and some drivers use that up. Only operations that are exact to 3 units are used.
-// The polynomials are those of Cephes (Moshier 1989). Twin of trigonometry.rs.
+// Angles and unit vectors, as accurate as 32-bit floats allow on every driver. Twin of `trigonometry.rs`.
+//
+// WGSL allows its own `atan2` an error of 4096 units in the last place, and its `sin` and `cos` one of 2⁻¹¹; some
+// drivers use that up. This library uses only operations that are accurate to 3 units. The polynomials are those of
+// Cephes (Moshier 1989).
 
 #define_import_path bevy_mirrorball::trigonometry
 
 const FRAC_PI_2: f32 = 1.57079632679;
 const FRAC_PI_4: f32 = 0.78539816340;
 const PI: f32 = 3.14159265359;
-/// tan(π ÷ 8): from here on an angle is measured from π ÷ 4.
+/// tan(π ÷ 8): above it, angles are measured from π ÷ 4.
 const TAN_FRAC_PI_8: f32 = 0.41421356237;
 
-/// Angle of a vector from the +x axis towards +y, in −π…π; 0 for the zero vector. Off by at most 3e-7.
+/// Angle of a vector from the +x axis towards +y in radians, −π…π; 0 for the zero vector. Maximum error 3e-7.
 fn angle_of(v: vec2f) -> f32 {
     let size = abs(v);
     let low = min(size.x, size.y);
@@ -25,7 +27,7 @@ fn angle_of(v: vec2f) -> f32 {
     return select(half_turn, -half_turn, v.y < 0.0);
 }
 
-/// Cosine and sine of an angle in −π…π, each off by at most 7e-7.
+/// Cosine and sine of an angle in −π…π. Maximum error of each 7e-7.
 fn unit_vector(angle: f32) -> vec2f {
     let x = 0.25 * angle;
     let z = x * x;
@@ -36,7 +38,7 @@ fn unit_vector(angle: f32) -> vec2f {
     return doubled(doubled(quarter));
 }
 
-/// The unit vector at twice the angle of another.
+/// Unit vector at twice the angle of another.
 fn doubled(v: vec2f) -> vec2f {
     return vec2f(1.0 - 2.0 * v.y * v.y, 2.0 * v.x * v.y);
 }

@@ -136,7 +136,7 @@ fn extract_views(
         let (map, level) = match view.map {
             ShownMap::Measured | ShownMap::Confidence => (&measured.iter().next()?.0, 0),
             ShownMap::Diffuse => (&filtered?.diffuse, 0),
-            ShownMap::Glossy(level) => (&filtered?.glossy, level),
+            ShownMap::Glossy(level) => (&filtered?.specular, level),
         };
         let alpha = if view.map == ShownMap::Confidence { 1.0 } else { 0.0 };
         Some(ExtractedView { map: map.id(), picture: view.image.id(), shown: ShownUniform { level, alpha } })

@@ -1,4 +1,4 @@
-//! Cube maps that the GPU writes.
+//! Cube textures that the GPU writes.
 
 use bevy::{
     asset::RenderAssetUsages,
@@ -10,8 +10,9 @@ use bevy::{
     },
 };
 
-/// A cube of 16-bit floats without contents: bound as a cube for reading and as an array of six layers for writing, with
-/// filtering between texels and levels (Bevy reads all maps of a view through one map's sampler).
+/// Uninitialized cube of 16-bit floats, bound as a cube for reading and as an array of six layers for writing. Its
+/// sampler interpolates between texels and levels, because Bevy reads all maps of a view through the sampler of one
+/// of them.
 pub(crate) fn cube_image(label: &'static str, edge: u32, levels: u32) -> Image {
     let extent = Extent3d { width: edge, height: edge, depth_or_array_layers: 6 };
     let format = TextureFormat::Rgba16Float;
@@ -31,7 +32,7 @@ pub(crate) fn cube_image(label: &'static str, edge: u32, levels: u32) -> Image {
     image
 }
 
-/// All levels of a cube as an array of six layers, as passes read and write it.
+/// View of all levels of a cube as an array of six layers, for passes that read or write it.
 pub(crate) fn cube_faces(texture: &Texture) -> TextureView {
     texture.create_view(&TextureViewDescriptor {
         label: Some("mirrorball_cube_faces"),

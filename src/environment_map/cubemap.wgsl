@@ -1,24 +1,25 @@
-// Faces of cube maps: which place on which face lies in a direction, and lookups across edges.
+// Faces of cube maps: directions of positions on a face and back, and lookups across edges. Twin of `cubemap.rs`.
 //
-// Cubes are read face by face, as layers of an array: what a driver's own lookup does at the edges of faces differs too much (some
-// do not look across them at all). Directions are those of a cube's left-handed frame: its +z is the world's −Z. Faces lie as
-// in Vulkan 1.3, 16.5.4 "Cube Map Face Selection".
+// Cubes are read face by face, as layers of an array, because drivers' own lookups differ too much at the edges of
+// faces (some do not interpolate across them at all). Directions are in the left-handed frame of a cube, whose +z is
+// the world's −Z. Faces lie as in Vulkan 1.3, 16.5.4 "Cube Map Face Selection".
 
 #define_import_path bevy_mirrorball::environment_map::cubemap
 
-/// A position −1…1 on a face.
+/// Face, and position on it, −1…1 across and down.
 struct FacePlace {
     face: u32,
     position: vec2f,
 }
 
-/// A texel of a face.
+/// Face, and texel of it.
 struct FaceTexel {
     face: u32,
     texel: vec2i,
 }
 
-/// Vector (cube frame) to a position on a face of the cube −1…1. Selects, no switch: software Vulkan runs all cases of one.
+/// Vector (cube frame) to a position on a face of the cube −1…1. Selects instead of a switch, all cases of which
+/// software Vulkan executes.
 fn face_vector(face: u32, p: vec2f) -> vec3f {
     let sign = select(1.0, -1.0, (face & 1u) == 1u);
     let is_x = face < 2u;
@@ -35,18 +36,18 @@ fn face_direction(face: u32, p: vec2f) -> vec3f {
     return normalize(face_vector(face, p));
 }
 
-/// Position of the middle of a texel.
+/// Position of the center of a texel.
 fn face_position(texel: vec2u, edge: u32) -> vec2f {
     return (2.0 * vec2f(texel) + 1.0) / f32(edge) - 1.0;
 }
 
-/// Solid angle per area at a position on a face.
+/// Solid angle per area of the face −1…1 at a position.
 fn relative_angle(p: vec2f) -> f32 {
     let inverse = inverseSqrt(1.0 + dot(p, p));
     return inverse * inverse * inverse;
 }
 
-/// Where a direction (cube frame, of any length) meets the cube.
+/// Place where a direction (cube frame, of any length) meets the cube.
 fn place_of(dir: vec3f) -> FacePlace {
     let size = abs(dir);
     let is_z = size.z >= max(size.x, size.y);
@@ -61,15 +62,15 @@ fn place_of(dir: vec3f) -> FacePlace {
     return FacePlace(face, vec2f(right, down) / max(abs(along), 1e-30));
 }
 
-/// The texel itself or, a step beyond an edge of its face, the one of the neighbor that lies there.
+/// Texel at an index that may lie one step beyond an edge of its face: there it is the neighbor's.
 fn texel_across_edge(face: u32, texel: vec2i, edge: i32) -> FaceTexel {
     let place = place_of(face_vector(face, (2.0 * vec2f(texel) + 1.0) / f32(edge) - 1.0));
-    // The neighbor's texels are met less than half of one off their middles.
+    // The place is less than half a texel off the center of the neighbor's texel.
     let at = vec2i((place.position * 0.5 + 0.5) * f32(edge));
     return FaceTexel(place.face, clamp(at, vec2i(0), vec2i(edge - 1)));
 }
 
-/// The texels of the three faces that meet at a corner of the cube −1…1.
+/// Texels of the three faces that meet at a corner of the cube −1…1.
 fn texels_at_corner(corner: vec3f, edge: i32) -> array<FaceTexel, 3> {
     let faces = vec3u(0u, 2u, 4u) + select(vec3u(0u), vec3u(1u), corner < vec3f(0.0));
     let right = vec3f(-corner.x * corner.z, corner.x, corner.x * corner.z);
@@ -83,7 +84,8 @@ fn texels_at_corner(corner: vec3f, edge: i32) -> array<FaceTexel, 3> {
     );
 }
 
-/// Bilinear lookup in one level of a cube, across edges. Where three faces meet, the missing fourth texel is their mean.
+/// Bilinear lookup in one mip level of a cube, across edges. Where three faces meet, the missing fourth texel is the
+/// mean of the other three.
 fn sample_faces(faces: texture_2d_array<f32>, dir: vec3f, level: u32) -> vec4f {
     let edge = i32(textureDimensions(faces, level).x);
     let place = place_of(dir);
@@ -98,52 +100,11 @@ fn sample_faces(faces: texture_2d_array<f32>, dir: vec3f, level: u32) -> vec4f {
         sum += values[i];
     }
     // −1 or 1 where the lookup reaches beyond an edge.
-    let beyond = select(vec2i(0), vec2i(-1), low < vec2f(0.0)) + select(vec2i(0), vec2i(1), vec2i(low) + 1 >= vec2i(edge));
+    let beyond = select(vec2i(0), vec2i(-1), low < vec2f(0.0))
+        + select(vec2i(0), vec2i(1), vec2i(low) + 1 >= vec2i(edge));
     let missing = select(0, 1, beyond.x > 0) + select(0, 2, beyond.y > 0);
     for (var i = 0; i < 4; i++) {
         values[i] = select(values[i], (sum - values[i]) / 3.0, all(beyond != vec2i(0)) && i == missing);
     }
     return mix(mix(values[0], values[1], t.x), mix(values[2], values[3], t.x), t.y);
-}
-
-// --- padded faces: with the neighbors' texels around, so that two-dimensional lookups need not know of edges ---------
-
-/// Texels of padding on each side.
-const PADDING: u32 = 1u;
-
-/// What a texel of a padded face shows: a place on a face or, beyond an edge, on its neighbor; at the corners the corner itself,
-/// which all three faces see alike.
-fn padded_place(face: u32, padded: vec2u, edge: u32) -> FacePlace {
-    let texel = vec2i(padded) - i32(PADDING);
-    let corner = select(vec2f(-1.0), vec2f(1.0), texel > vec2i(0));
-    let found = texel_across_edge(face, texel, i32(edge));
-    if is_padding_corner(padded, edge) {
-        return FacePlace(face, corner);
-    }
-    return FacePlace(found.face, face_position(vec2u(found.texel), edge));
-}
-
-fn is_padding_corner(padded: vec2u, edge: u32) -> bool {
-    return all((padded < vec2u(PADDING)) | (padded >= vec2u(edge + PADDING)));
-}
-
-/// Texel of a thread, where threads run row by row through a padded face: squares of them would mostly lie beside small ones.
-fn padded_texel(thread: u32, padded_edge: u32) -> vec2u {
-    return vec2u(thread % padded_edge, thread / padded_edge);
-}
-
-/// Whether a texel of a padded face is one of its own.
-fn is_own_texel(padded: vec2u, edge: u32) -> bool {
-    return all(padded >= vec2u(PADDING)) && all(padded < vec2u(edge + PADDING));
-}
-
-/// Texture coordinates of a position on a face that is this many texels wide with its padding.
-fn padded_uv(position: vec2f, padded_edge: u32) -> vec2f {
-    let edge = f32(padded_edge);
-    return position * (0.5 * (edge - 2.0 * f32(PADDING)) / edge) + 0.5;
-}
-
-/// Edge of a face without padding. Cubes that are worked on have a power of two, so all else is padded.
-fn edge_without_padding(edge: u32) -> u32 {
-    return select(edge - 2u * PADDING, edge, (edge & (edge - 1u)) == 0u);
 }

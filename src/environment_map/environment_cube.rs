@@ -1,20 +1,21 @@
-//! The measured environment, as a component.
+//! The measured environment as a component.
 
 use super::cube_image;
 use bevy::prelude::*;
 
-/// The environment as a cube map, on the entity of every [`LightProbeSphere`](crate::probe::LightProbeSphere),
-/// [`LightProbeCamera`](crate::probe::LightProbeCamera) and every [`ArCamera`](crate::camera::ArCamera) that a game does not
-/// light by itself; it is the same on all of them.
+/// Measured environment as a cube map, on the entity of every [`LightProbeSphere`](crate::probe::LightProbeSphere),
+/// [`LightProbeCamera`](crate::probe::LightProbeCamera) and every [`ArCamera`](crate::camera::ArCamera) that a game
+/// does not light itself. All of them have the same cube.
 ///
-/// Linear camera units, world axes, 16-bit float, one mip level, edge length [`SIZE`](Self::SIZE). Alpha is the confidence, 0…1: pixels
-/// of the picture per texel (along an edge, at most 1) where a direction is seen, less with age where it was seen earlier, 0.001 where
-/// it is a guess. Written by the GPU: do not change the [`Image`] asset behind it.
+/// The cube has linear camera units, world axes, 16-bit floats, one mip level and the edge length
+/// [`SIZE`](Self::SIZE). Alpha is the confidence, 0…1: pixels of the frame per texel along an edge, at most 1, where
+/// a direction is visible; less with age where it was visible earlier; 0.001 where it is a guess. The GPU writes the
+/// cube, so do not change its [`Image`] asset.
 #[derive(Component, Clone, Debug)]
 pub struct EnvironmentCube(pub Handle<Image>);
 
 impl EnvironmentCube {
-    /// Edge length of a face in texels: 0.7° each, finer than the pixels of a ball 150 pixels across.
+    /// Edge length of a face in texels. A texel covers 0.7°, less than a pixel on a ball of 150 pixels in diameter.
     pub const SIZE: u32 = 128;
 
     pub(crate) fn allocate(images: &mut Assets<Image>) -> Self {
@@ -22,6 +23,6 @@ impl EnvironmentCube {
     }
 }
 
-/// On whatever has light of its own already; a camera spawned with it needs no fallback.
+/// Marker of entities that a game lights itself. A camera that is spawned with it needs no fallback.
 #[derive(Component, Clone, Copy, Debug, Default)]
 pub(crate) struct LitByGame;

@@ -1,79 +1,11 @@
-//! Environments on the CPU: cube maps and equirectangular pictures, and each made from the other.
+//! Equirectangular images on the CPU, and their conversion from and to cube maps.
 
-use super::{cube_image, face_direction};
-use bevy::{prelude::*, render::render_resource::TextureUsages};
+use super::{CubePixels, face_direction};
+use bevy::prelude::*;
 use std::f32::consts::{PI, TAU};
 
-/// A cube map on the CPU, in Bevy's convention: layers +X, −X, +Y, −Y, +Z, −Z of a left-handed frame whose z is the
-/// negative of the world's.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CubePixels {
-    /// Edge length in texels.
-    pub edge: u32,
-    /// `6 · edge²` texels, layer by layer, rows from top to bottom; linear red, green, blue.
-    pub texels: Vec<Vec3>,
-}
-
-impl CubePixels {
-    /// Reads the bytes of an `Rgba16Float` cube texture's first mip level. `None` if there are not `48 · edge²` of them.
-    pub fn from_rgba16f(edge: u32, bytes: &[u8]) -> Option<Self> {
-        (bytes.len() == 48 * (edge as usize).pow(2) && edge > 0).then(|| {
-            let channel = |texel: &[u8], i: usize| half::f16::from_le_bytes([texel[2 * i], texel[2 * i + 1]]).to_f32();
-            let texels = bytes.chunks_exact(8).map(|t| Vec3::new(channel(t, 0), channel(t, 1), channel(t, 2)));
-            Self { edge, texels: texels.collect() }
-        })
-    }
-
-    /// Radiance arriving from a world direction, bilinear within a face.
-    pub fn sample(&self, dir_world: Vec3) -> Vec3 {
-        let dir = dir_world * Vec3::new(1.0, 1.0, -1.0);
-        let size = dir.abs();
-        let (face, p) = if size.x >= size.y && size.x >= size.z {
-            if dir.x > 0.0 { (0, Vec2::new(-dir.z, -dir.y) / size.x) } else { (1, Vec2::new(dir.z, -dir.y) / size.x) }
-        } else if size.y >= size.z {
-            if dir.y > 0.0 { (2, Vec2::new(dir.x, dir.z) / size.y) } else { (3, Vec2::new(dir.x, -dir.z) / size.y) }
-        } else if dir.z > 0.0 {
-            (4, Vec2::new(dir.x, -dir.y) / size.z)
-        } else {
-            (5, Vec2::new(-dir.x, -dir.y) / size.z)
-        };
-        let texel = (p * 0.5 + 0.5) * self.edge as f32 - 0.5;
-        let corner = texel.floor();
-        let t = texel - corner;
-        let last = self.edge as i32 - 1;
-        let fetch = |dx: i32, dy: i32| {
-            let x = (corner.x as i32 + dx).clamp(0, last) as usize;
-            let y = (corner.y as i32 + dy).clamp(0, last) as usize;
-            self.texels[(face * self.edge as usize + y) * self.edge as usize + x]
-        };
-        fetch(0, 0).lerp(fetch(1, 0), t.x).lerp(fetch(0, 1).lerp(fetch(1, 1), t.x), t.y)
-    }
-
-    /// The cube as an equirectangular picture of a width in pixels (even, at least 2), in a frame turned against the world.
-    pub fn to_equirect(&self, width: u32, world_from_picture: Quat) -> EquirectPixels {
-        let size = UVec2::new(width, width / 2).max(UVec2::new(2, 1));
-        let texels = (0..size.x * size.y).map(|i| {
-            let uv = (UVec2::new(i % size.x, i / size.x).as_vec2() + 0.5) / size.as_vec2();
-            self.sample(world_from_picture * equirect_direction(uv))
-        });
-        EquirectPixels { size, texels: texels.collect() }
-    }
-
-    /// A cube texture of half floats: for [`LiveEnvironment`](crate::prefilter::LiveEnvironment), Bevy's `Skybox` or a
-    /// material. Radiance beyond what half floats hold (65504) is cut off.
-    pub fn to_image(&self) -> Image {
-        let mut image = cube_image("mirrorball_environment", self.edge, 1);
-        image.texture_descriptor.usage |= TextureUsages::COPY_DST;
-        let channels =
-            |texel: &Vec3| texel.clamp(Vec3::ZERO, Vec3::splat(half::f16::MAX.to_f32())).extend(1.0).to_array();
-        let bytes = self.texels.iter().flat_map(channels).flat_map(|value| half::f16::from_f32(value).to_le_bytes());
-        image.data = Some(bytes.collect());
-        image
-    }
-}
-
-/// An equirectangular picture on the CPU, twice as wide as high: column ÷ width is the azimuth from −Z towards +X, row ÷ height
-/// runs from +Y down to −Y, pixel centers at halves.
+/// Equirectangular image on the CPU, twice as wide as high: column ÷ width is the azimuth from −Z towards +X, row ÷
+/// height runs from +Y down to −Y. Pixel centers are at halves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquirectPixels {
     /// Width and height in pixels.
@@ -82,14 +14,14 @@ pub struct EquirectPixels {
     pub texels: Vec<Vec3>,
 }
 
-/// Samples along each side of a cube texel never exceed this.
-const MOST_SAMPLES: u32 = 16;
+/// Maximum number of samples along each edge of a cube texel.
+const MAX_SAMPLES: u32 = 16;
 
 impl EquirectPixels {
-    /// Radiance from a direction in the picture's frame, bilinear, across the seam where the azimuth starts anew.
-    pub fn sample(&self, dir_picture: Vec3) -> Vec3 {
+    /// Radiance from a direction in the image's axes, interpolated bilinearly, also across the seam at azimuth 0.
+    pub fn sample(&self, dir_image: Vec3) -> Vec3 {
         let size = self.size.as_ivec2();
-        let pixel = equirect_position(dir_picture) * self.size.as_vec2() - 0.5;
+        let pixel = equirect_position(dir_image) * self.size.as_vec2() - 0.5;
         let corner = pixel.floor();
         let t = pixel - corner;
         let fetch = |dx: i32, dy: i32| {
@@ -100,20 +32,20 @@ impl EquirectPixels {
         fetch(0, 0).lerp(fetch(1, 0), t.x).lerp(fetch(0, 1).lerp(fetch(1, 1), t.x), t.y)
     }
 
-    /// The picture as a cube map with `edge` texels along an edge, each the mean of what it covers.
-    pub fn to_cube(&self, edge: u32, world_from_picture: Quat) -> CubePixels {
+    /// Cube map with `edge` texels along an edge, each the mean of the part of the image that it covers.
+    pub fn to_cube(&self, edge: u32, world_from_image: Quat) -> CubePixels {
         let edge = edge.max(1);
-        // A texel in the middle of a face is 2 / edge wide, a pixel at the horizon 2π / width.
+        // A texel in the center of a face is 2 / edge wide, a pixel at the horizon 2π / width.
         let pixels_per_texel = self.size.x as f32 / (PI * edge as f32);
-        let samples = (2.0 * pixels_per_texel).ceil().clamp(1.0, MOST_SAMPLES as f32) as u32;
-        let picture_from_world = world_from_picture.inverse();
+        let samples = (2.0 * pixels_per_texel).ceil().clamp(1.0, MAX_SAMPLES as f32) as u32;
+        let image_from_world = world_from_image.inverse();
         let texels = (0..6 * edge * edge).map(|i| {
             let (face, corner) = (i / (edge * edge), UVec2::new(i % edge, i / edge % edge).as_vec2());
             let sum: Vec3 = (0..samples * samples)
                 .map(|j| {
                     let offset = (UVec2::new(j % samples, j / samples).as_vec2() + 0.5) / samples as f32;
                     let p = 2.0 * (corner + offset) / edge as f32 - 1.0;
-                    self.sample(picture_from_world * face_direction(face, p))
+                    self.sample(image_from_world * face_direction(face, p))
                 })
                 .sum();
             sum / (samples * samples) as f32
@@ -122,12 +54,24 @@ impl EquirectPixels {
     }
 }
 
-/// Position of a unit direction in an equirectangular picture, 0…1 across and down.
+impl CubePixels {
+    /// Equirectangular image with a width in pixels (even, at least 2), in axes that may be rotated against the world.
+    pub fn to_equirect(&self, width: u32, world_from_image: Quat) -> EquirectPixels {
+        let size = UVec2::new(width, width / 2).max(UVec2::new(2, 1));
+        let texels = (0..size.x * size.y).map(|i| {
+            let uv = (UVec2::new(i % size.x, i / size.x).as_vec2() + 0.5) / size.as_vec2();
+            self.sample(world_from_image * equirect_direction(uv))
+        });
+        EquirectPixels { size, texels: texels.collect() }
+    }
+}
+
+/// Position of a unit direction in an equirectangular image, 0…1 across and down.
 pub fn equirect_position(dir: Vec3) -> Vec2 {
     Vec2::new((dir.x.atan2(-dir.z) / TAU).rem_euclid(1.0), dir.y.clamp(-1.0, 1.0).acos() / PI)
 }
 
-/// Unit direction of a position in an equirectangular picture, 0…1 across and down.
+/// Unit direction of a position in an equirectangular image, 0…1 across and down.
 pub fn equirect_direction(uv: Vec2) -> Vec3 {
     let (sin_azimuth, cos_azimuth) = (TAU * uv.x).sin_cos();
     let (sin_polar, cos_polar) = (PI * uv.y).sin_cos();
@@ -148,16 +92,6 @@ mod tests {
     }
 
     #[test]
-    fn each_layer_is_found_in_its_world_direction() {
-        let texels = (0..6).flat_map(|face| vec![Vec3::splat(face as f32); 16]).collect();
-        let cube = CubePixels { edge: 4, texels };
-        let layers = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::NEG_Z, Vec3::Z];
-        for (layer, dir) in layers.into_iter().enumerate() {
-            assert_eq!(cube.sample(dir).x, layer as f32);
-        }
-    }
-
-    #[test]
     fn positions_and_directions_are_inverse() {
         for (u, v) in [(0.01, 0.2), (0.26, 0.5), (0.5, 0.7), (0.99, 0.9)] {
             let uv = Vec2::new(u, v);
@@ -165,38 +99,38 @@ mod tests {
         }
     }
 
-    /// Radiance that is linear in the direction: bilinear interpolation keeps it to second order.
+    /// Radiance that is linear in the direction. Bilinear interpolation reproduces it to second order.
     fn slope(dir: Vec3) -> Vec3 {
         Vec3::splat(2.0) + dir
     }
 
     #[test]
-    fn a_picture_becomes_a_cube_and_a_cube_the_same_picture() {
+    fn an_image_becomes_a_cube_and_a_cube_the_same_image() {
         let size = UVec2::new(128, 64);
         let uv = |i: u32| (UVec2::new(i % size.x, i / size.x).as_vec2() + 0.5) / size.as_vec2();
         let texels = (0..size.x * size.y).map(|i| slope(equirect_direction(uv(i))));
-        let picture = EquirectPixels { size, texels: texels.collect() };
+        let image = EquirectPixels { size, texels: texels.collect() };
         let turn = Quat::from_rotation_y(0.7);
-        let cube = picture.to_cube(32, turn);
-        for (dir, _) in super::super::cube_directions(8) {
+        let cube = image.to_cube(32, turn);
+        for (dir, _) in crate::environment_map::cube_directions(8) {
             let (expected, found) = (slope(turn.inverse() * dir), cube.sample(dir));
             assert!(found.distance(expected) < 0.03, "{dir}: {found} instead of {expected}");
         }
         let again = cube.to_equirect(size.x, turn);
         assert_eq!(again.size, size);
-        let worst = again.texels.iter().zip(&picture.texels).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        let worst = again.texels.iter().zip(&image.texels).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
         assert!(worst < 0.08, "{worst}");
     }
 
     #[test]
     fn a_small_lamp_keeps_its_energy_in_a_coarse_cube() {
         let size = UVec2::new(512, 256);
-        let mut picture = EquirectPixels { size, texels: vec![Vec3::ZERO; (size.x * size.y) as usize] };
+        let mut image = EquirectPixels { size, texels: vec![Vec3::ZERO; (size.x * size.y) as usize] };
         let (column, row) = (200, 100);
-        picture.texels[(row * size.x + column) as usize] = Vec3::splat(1e4);
+        image.texels[(row * size.x + column) as usize] = Vec3::splat(1e4);
         let polar = PI * (row as f32 + 0.5) / size.y as f32;
         let expected = 1e4 * polar.sin() * (PI / size.y as f32) * (TAU / size.x as f32);
-        let cube = picture.to_cube(32, Quat::IDENTITY);
+        let cube = image.to_cube(32, Quat::IDENTITY);
         let solid_angle = |i: usize| {
             let corner = UVec2::new(i as u32 % 32, i as u32 / 32 % 32).as_vec2();
             let p = (corner + 0.5) / 16.0 - 1.0;
@@ -204,28 +138,5 @@ mod tests {
         };
         let energy: f32 = cube.texels.iter().enumerate().map(|(i, texel)| texel.x * solid_angle(i)).sum();
         assert!((energy / expected - 1.0).abs() < 0.1, "{energy} instead of {expected}");
-    }
-
-    #[test]
-    fn a_cube_survives_the_way_through_a_texture() {
-        let texels = (0..6 * 16).map(|i| Vec3::new(i as f32, 0.5, 1e6)).collect();
-        let image = CubePixels { edge: 4, texels }.to_image();
-        let back = CubePixels::from_rgba16f(4, image.data.as_deref().expect("on the CPU")).expect("as large");
-        assert_eq!((back.texels[17], image.texture_descriptor.array_layer_count()), (Vec3::new(17.0, 0.5, 65504.0), 6));
-    }
-
-    #[test]
-    fn half_floats_are_read_in_order() {
-        let bytes: Vec<u8> = (0..6u16)
-            .flat_map(|i| {
-                [half::f16::from_f32(f32::from(i)), half::f16::ONE, half::f16::ZERO, half::f16::ONE]
-                    .into_iter()
-                    .flat_map(half::f16::to_le_bytes)
-                    .collect::<Vec<_>>()
-            })
-            .collect();
-        let cube = CubePixels::from_rgba16f(1, &bytes).expect("48 bytes");
-        assert_eq!(cube.texels[5], Vec3::new(5.0, 1.0, 0.0));
-        assert!(CubePixels::from_rgba16f(2, &bytes).is_none());
     }
 }

@@ -1,8 +1,8 @@
-//! Environments in files: Radiance (`.hdr`) and OpenEXR (`.exr`), equirectangular.
+//! Files of environments: equirectangular images in Radiance (`.hdr`) and OpenEXR (`.exr`) format.
 //!
-//! Both keep linear radiance; Radiance with 8 bits and a common exponent (1 % steps), OpenEXR as 32-bit floats.
-//! The [layout](EquirectPixels) is that of the picture in memory. Many programs put −Z into the middle of the picture instead of at
-//! its left edge: turn it with `Quat::from_rotation_y(PI)` when it becomes a cube.
+//! Both formats hold linear radiance, Radiance with 8 bits and a common exponent (1 % steps), OpenEXR as 32-bit
+//! floats. The [layout](EquirectPixels) is that of the image in memory. Many programs put −Z into the center of the
+//! image instead of its left edge. Rotate such an image by `Quat::from_rotation_y(PI)` when it becomes a cube.
 
 use super::EquirectPixels;
 use bevy::prelude::*;
@@ -13,39 +13,39 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What is wrong with a file of an environment.
+/// Error on reading or writing a file of an environment.
 #[derive(thiserror::Error, Debug)]
 pub enum EnvironmentFileError {
-    /// The file's name does not end in a format that is known.
+    /// The extension of the file's name is not that of a known format.
     #[error("{0} is of an unknown format; name it .hdr (Radiance) or .exr (OpenEXR)")]
     UnknownFormat(PathBuf),
     /// The file cannot be read.
     #[error("cannot read {path}: {reason}")]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Reason, as reported by the system or the decoder.
         reason: String,
     },
     /// The file cannot be written.
     #[error("cannot write {path}: {reason}")]
     Write {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Reason, as reported by the system or the decoder.
         reason: String,
     },
-    /// The picture is not twice as wide as it is high.
-    #[error("{path} is {size} pixels; an equirectangular picture is twice as wide as it is high, and at least 2 × 1")]
+    /// The image is not twice as wide as it is high.
+    #[error("{path} is {size} pixels; an equirectangular image is twice as wide as it is high, and at least 2 × 1")]
     Shape {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Width and height in pixels.
         size: UVec2,
     },
 }
 
-/// The format that a file's name stands for.
+/// Format of a file, by the extension of its name.
 fn format_of(path: &Path) -> Result<ImageFormat, EnvironmentFileError> {
     match ImageFormat::from_path(path) {
         Ok(format @ (ImageFormat::Hdr | ImageFormat::OpenExr)) => Ok(format),
@@ -54,8 +54,8 @@ fn format_of(path: &Path) -> Result<ImageFormat, EnvironmentFileError> {
 }
 
 impl EquirectPixels {
-    /// Reads a Radiance or OpenEXR file. Values that are no radiance (negative, not a number) become 0, infinite ones the
-    /// largest finite.
+    /// Reads a Radiance or OpenEXR file. Negative values and those that are not a number become 0, infinite ones the
+    /// largest finite value.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, EnvironmentFileError> {
         let path = path.as_ref();
         let pixels = read(path, format_of(path)?)
@@ -69,7 +69,7 @@ impl EquirectPixels {
         Ok(Self { size, texels })
     }
 
-    /// Writes a Radiance or OpenEXR file, by the name's ending.
+    /// Writes a Radiance or OpenEXR file, depending on the extension of its name.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), EnvironmentFileError> {
         let path = path.as_ref();
         let pixels = Rgb32FImage::from_fn(self.size.x, self.size.y, |x, y| {
@@ -83,7 +83,7 @@ impl EquirectPixels {
     }
 }
 
-/// Decodes a file without a limit of its size: environments are large, and the game chose them.
+/// Decodes a file, without a size limit: environments are large, and the game has chosen them.
 fn read(path: &Path, format: ImageFormat) -> Result<Rgb32FImage, ImageError> {
     let mut reader = ImageReader::with_format(BufReader::new(File::open(path)?), format);
     reader.no_limits();
@@ -100,20 +100,20 @@ mod tests {
         folder.join(format!("{}_{name}", std::process::id()))
     }
 
-    fn picture() -> EquirectPixels {
+    fn gradient() -> EquirectPixels {
         let texels = (0..32).map(|i| Vec3::new(0.01 * i as f32, 1.0, 300.0 + i as f32)).collect();
         EquirectPixels { size: UVec2::new(8, 4), texels }
     }
 
     #[test]
     fn what_is_saved_is_read_again() {
-        // A common exponent of 8 bits: half a step of the brightest channel.
+        // With a common exponent, 8 bits are off by half a step of the brightest channel.
         for (name, tolerance) in [("sky.exr", 0.0), ("sky.hdr", 1.0 / 256.0)] {
             let path = scratch(name);
-            picture().save(&path).expect("written");
+            gradient().save(&path).expect("written");
             let back = EquirectPixels::open(&path).expect("read");
-            assert_eq!(back.size, picture().size, "{name}");
-            for (found, expected) in back.texels.iter().zip(&picture().texels) {
+            assert_eq!(back.size, gradient().size, "{name}");
+            for (found, expected) in back.texels.iter().zip(&gradient().texels) {
                 assert!(
                     found.distance(*expected) <= tolerance * 2.0 * expected.max_element(),
                     "{name}: {found}, {expected}"
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn values_that_are_no_radiance_do_no_harm() {
         let path = scratch("odd.exr");
-        let mut odd = picture();
+        let mut odd = gradient();
         odd.texels[0] = Vec3::new(-1.0, f32::NAN, f32::INFINITY);
         odd.save(&path).expect("written");
         assert_eq!(EquirectPixels::open(&path).expect("read").texels[0], Vec3::new(0.0, 0.0, f32::MAX));
@@ -142,11 +142,11 @@ mod tests {
         let path = scratch("square.exr");
         EquirectPixels { size: UVec2::splat(2), texels: vec![Vec3::ONE; 4] }.save(&path).expect("written");
         assert!(complaint(EquirectPixels::open(&path)).contains("twice as wide"));
-        std::fs::write(&path, b"not a picture").expect("written");
+        std::fs::write(&path, b"not an image").expect("written");
         assert!(complaint(EquirectPixels::open(&path)).contains("cannot read"));
         std::fs::remove_file(&path).expect("exists");
         let nowhere = Path::new("no such folder").join("sky.hdr");
-        let error = picture().save(nowhere).expect_err("refused").to_string();
+        let error = gradient().save(nowhere).expect_err("refused").to_string();
         assert!(error.contains("cannot write") && error.contains("no such folder"), "{error}");
     }
 }

@@ -1,25 +1,25 @@
-//! Environments as nine numbers a channel: spherical harmonics up to order 2, for code on the CPU.
+//! Spherical harmonics of environments up to order 2, nine coefficients per channel, for code on the CPU.
 //!
-//! They hold the irradiance of an environment without strong lamps to about 1 % (Ramamoorthi & Hanrahan 2001) and miss
-//! several percent under lamps; what is drawn uses the filtered maps instead.
+//! They reproduce the irradiance of an environment without strong lamps to about 1 % (Ramamoorthi & Hanrahan 2001)
+//! and are off by several percent under lamps. Rendering uses the filtered maps instead.
 
 use super::{CubePixels, face_direction};
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
-/// Radiance by direction, up to order 2.
+/// Radiance by direction as spherical harmonics up to order 2.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnvironmentHarmonics {
-    /// Linear red, green and blue for each of the real spherical harmonics 1, y, z, x, xy, yz, 3z² − 1, xz, x² − y² (orthonormal;
-    /// world axes).
+    /// Linear red, green and blue for each of the real, orthonormal spherical harmonics 1, y, z, x, xy, yz, 3z² − 1,
+    /// xz, x² − y² in world axes.
     pub coefficients: [Vec3; 9],
 }
 
-/// Mean of the cosine lobe over each order, relative to radiance.
+/// Factor of the cosine lobe for each order: irradiance ÷ π relative to radiance.
 const COSINE: [f32; 3] = [1.0, 2.0 / 3.0, 0.25];
 
 impl EnvironmentHarmonics {
-    /// The real spherical harmonics up to order 2 in a unit direction.
+    /// Values of the real spherical harmonics up to order 2 in a unit direction.
     pub fn basis(dir: Vec3) -> [f32; 9] {
         let Vec3 { x, y, z } = dir;
         let constant = 0.5 / PI.sqrt();
@@ -37,17 +37,18 @@ impl EnvironmentHarmonics {
         ]
     }
 
-    /// Radiance from a unit world direction; may be negative beside bright lamps.
+    /// Radiance from a unit world direction. It may be negative beside bright lamps.
     pub fn radiance(&self, dir_world: Vec3) -> Vec3 {
         self.sum(dir_world, [1.0; 3])
     }
 
-    /// Irradiance ÷ π on a surface with this unit normal: what a white matte surface shows; not below 0.
+    /// Irradiance ÷ π on a surface with this unit normal, the radiance of a white matte surface. Clamped to 0 and
+    /// above.
     pub fn diffuse(&self, normal_world: Vec3) -> Vec3 {
         self.sum(normal_world, COSINE).max(Vec3::ZERO)
     }
 
-    /// Where most light comes from, by luminance: a unit direction, or `None` if it comes from everywhere alike.
+    /// Unit direction from which most light comes, by luminance; `None` if light comes equally from all directions.
     pub fn dominant_direction(&self) -> Option<Vec3> {
         let luminance = |i: usize| self.coefficients[i].dot(Vec3::new(0.2126, 0.7152, 0.0722));
         Vec3::new(luminance(3), luminance(1), luminance(2)).try_normalize()
@@ -74,7 +75,7 @@ impl CubePixels {
             }
             whole += angle;
         }
-        // A texel's solid angle is its share of the sphere.
+        // The solid angle of a texel is its fraction of the sphere.
         let norm = if whole > 0.0 { 4.0 * PI / whole } else { 0.0 };
         EnvironmentHarmonics { coefficients: coefficients.map(|coefficient| coefficient * norm) }
     }
@@ -100,7 +101,7 @@ mod tests {
 
     #[test]
     fn what_is_of_order_two_is_kept_and_its_irradiance_is_known() {
-        // 2 + d has ⅔ of its slope as irradiance ÷ π, x² − y² a quarter.
+        // As irradiance ÷ π, 2 + d keeps ⅔ of its slope, and x² − y² a quarter of its value.
         let harmonics = cube(|d| 2.0 + d + Vec3::splat(d.x * d.x - d.y * d.y)).harmonics();
         for d in directions() {
             let radiance = 2.0 + d + Vec3::splat(d.x * d.x - d.y * d.y);

@@ -169,7 +169,7 @@ impl<'a> BallInFrame<'a> {
 }
 
 /// Place of a world direction in a cube of cells, in the order of [`cube_directions`]. Twin of `sky_cell` in
-/// `unwrap_pass.wgsl`.
+/// `clip_gains.wgsl`.
 pub(super) fn cell_index(dir_world: Vec3, edge: u32) -> usize {
     let size = dir_world.abs();
     let axis = if size.x >= size.y && size.x >= size.z { 0 } else { 2 - u32::from(size.y >= size.z) };

@@ -1,38 +1,19 @@
-//! Environment cube → irradiance and glossy maps, before all cameras: the plugin of the render world, and the pass.
+//! Compute pass that filters environments, before all cameras.
 
-use super::{
-    filter::{Dispatch, ExtractedEnvironments, PreparedFilters, extract_environments, prepare_filters},
-    pipeline::init_filter_pipelines,
-};
-use crate::{MirrorballPasses, environment_map::CubeWrites};
+use super::{dispatch::Dispatch, prepare_filters::PreparedFilters};
+use crate::environment_map::CubeWrites;
 use bevy::{
-    asset::embedded_asset,
     prelude::*,
     render::{
-        ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
         diagnostic::RecordDiagnostics,
         render_resource::{
             CommandEncoder, ComputePassDescriptor, Extent3d, PipelineCache, TexelCopyTextureInfo, Texture,
         },
-        renderer::{RenderContext, RenderGraph},
+        renderer::RenderContext,
     },
 };
 
-pub(super) fn build(app: &mut App) {
-    crate::trigonometry::load(app);
-    crate::environment_map::load_shaders(app);
-    embedded_asset!(app, "filter_pass.wgsl");
-    app.sub_app_mut(RenderApp)
-        .init_resource::<ExtractedEnvironments>()
-        .init_resource::<PreparedFilters>()
-        .init_resource::<CubeWrites>()
-        .add_systems(RenderStartup, init_filter_pipelines)
-        .add_systems(ExtractSchedule, extract_environments)
-        .add_systems(Render, prepare_filters.in_set(RenderSystems::PrepareBindGroups))
-        .add_systems(RenderGraph, filter_pass.in_set(MirrorballPasses::ReadCubes));
-}
-
-fn filter_pass(
+pub(super) fn filter_pass(
     mut filters: ResMut<PreparedFilters>,
     writes: Res<CubeWrites>,
     pipeline_cache: Res<PipelineCache>,
@@ -40,27 +21,23 @@ fn filter_pass(
 ) {
     let diagnostics = ctx.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
-    for filter in filters.0.values_mut() {
-        let due = (filter.progress.requested(), writes.count(filter.source));
+    for plan in filters.0.values_mut() {
+        let due = (plan.progress.requested(), writes.count(plan.source));
         let is_ready = |dispatch: &Dispatch| pipeline_cache.get_compute_pipeline(dispatch.pipeline).is_some();
-        if filter.next == 0 && (filter.answered == Some(due) || !filter.dispatches.iter().all(is_ready)) {
+        if plan.next == 0 && (plan.answered == Some(due) || !plan.dispatches.iter().all(is_ready)) {
             continue;
         }
-        let first = filter.next;
-        let count = match first {
-            0 => filter.budget.saturating_add(filter.capture - 1),
-            _ => filter.budget,
-        };
-        let end = first.saturating_add(count).min(filter.dispatches.len());
+        let first = plan.next;
+        let end = plan.end_of_frame();
         if first == 0 {
-            filter.answered = Some(due);
+            plan.answered = Some(due);
         }
         let mut pass = ctx.command_encoder().begin_compute_pass(&ComputePassDescriptor {
             label: Some("mirrorball_environment_filter_pass"),
             timestamp_writes: None,
         });
         let span = diagnostics.pass_span(&mut pass, "mirrorball_environment_filter");
-        for dispatch in &filter.dispatches[first..end] {
+        for dispatch in &plan.dispatches[first..end] {
             let Some(pipeline) = pipeline_cache.get_compute_pipeline(dispatch.pipeline) else {
                 break;
             };
@@ -70,12 +47,12 @@ fn filter_pass(
         }
         span.end(&mut pass);
         drop(pass);
-        filter.next = if end == filter.dispatches.len() { 0 } else { end };
-        if filter.next == 0 {
-            for (draft, shown) in &filter.publish {
+        plan.next = if end == plan.dispatches.len() { 0 } else { end };
+        if plan.next == 0 {
+            for (draft, shown) in &plan.publish {
                 copy_levels(ctx.command_encoder(), draft, shown);
             }
-            filter.progress.finish();
+            plan.progress.finish();
         }
     }
 }

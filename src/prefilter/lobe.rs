@@ -1,53 +1,59 @@
-//! The GGX lobe as a table of taps, for normal = view.
+//! GGX lobe as a table of taps, for normal = view.
 
 use bevy::{
     math::{DVec3, Vec3, Vec4},
+    render::render_resource::ShaderType,
     shader::ShaderDefVal,
 };
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Taps a level can have, as in `filter_pass.wgsl`.
-pub(super) const MAX_TAPS: usize = 24;
-/// Rings a level can have, whose taps are counted in `RING_DEFS`.
+/// Maximum number of taps of a level, as in `taps.wgsl`.
+const MAX_TAPS: usize = 24;
+/// Maximum number of rings of a level.
 const MAX_RINGS: usize = 3;
+/// Shader definitions for the number of taps of each ring.
 const RING_DEFS: [&str; MAX_RINGS] = ["INNER_TAPS", "MIDDLE_TAPS", "OUTER_TAPS"];
 
-/// Standard deviation of what a lookup of the pyramid covers, in texels of its level: each level is a quadratic spline of the one
-/// above, and interpolated.
-const LEVEL_SPREAD: f64 = 0.65;
-/// How much wider it is in the mean over all levels between two.
-const BETWEEN_LEVELS: f64 = 1.1;
-/// Variance that linear interpolation adds, in squared texels, in the mean over all places between them.
-const INTERPOLATION: f64 = 1.0 / 6.0;
-/// The same for the reader of the level made; a little more makes up for texels that are wider than high.
+/// Standard deviation of the footprint of a lookup in the pyramid, in texels of its level. Each level is a quadratic
+/// spline of the finer one, and is interpolated.
+const LEVEL_SIGMA: f64 = 0.65;
+/// Mean factor on that standard deviation over all positions between two levels.
+const MEAN_LEVEL_WIDENING: f64 = 1.1;
+/// Mean variance that linear interpolation adds, in squared texels, over all positions between texels.
+const INTERPOLATION_VARIANCE: f64 = 1.0 / 6.0;
+/// Variance that the interpolation of the reader adds, in squared texels of the level that is made. A little more than
+/// [`INTERPOLATION_VARIANCE`], because texels can be wider than high.
 const READER_VARIANCE: f64 = 0.3;
 
-/// Cubes that taps read have at least this edge length.
-const COARSEST_EDGE: u32 = 4;
+/// Minimum edge length of cubes that taps read.
+const MIN_SOURCE_EDGE: u32 = 4;
 
-/// A ring of taps around the mirror direction.
+/// Ring of taps around the mirror direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
     taps: usize,
     /// Angle from the axis ÷ alpha.
     radius: f64,
     /// Standard deviation of a tap ÷ alpha.
-    spread: f64,
+    sigma: f64,
 }
 
 impl Ring {
-    const fn new(taps: usize, radius: f64, spread: f64) -> Self {
-        Self { taps, radius, spread }
+    const fn new(taps: usize, radius: f64, sigma: f64) -> Self {
+        Self { taps, radius, sigma }
     }
 }
 
-/// For levels of many texels. Radii and spreads were found by a search for the least error of real rooms at alpha 0.04, with no
-/// peak above 1.045 times the true one, in a simulation of the whole path; the shares are fitted for each level.
+/// Rings of levels with many texels.
+///
+/// Radii and standard deviations come from a search for the least error in real rooms at alpha 0.04, with no peak
+/// above 1.045 times the true one, in a simulation of the whole path. The weights are fitted for each level.
 const FEW: &[Ring] = &[Ring::new(5, 0.912, 0.671), Ring::new(5, 2.909, 1.231)];
-/// For levels of few texels, where an alpha is many texels of the source wide; from the same search at alpha 0.16.
+/// Rings of levels with few texels, where an alpha is many texels of the source wide. From the same search at alpha
+/// 0.16.
 const MANY: &[Ring] = &[Ring::new(5, 0.579, 0.515), Ring::new(7, 1.351, 0.633), Ring::new(8, 2.685, 0.846)];
 
-/// Which rings a level's taps lie on.
+/// Choice of rings for a level.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum TapSet {
     Few,
@@ -55,7 +61,7 @@ pub(super) enum TapSet {
 }
 
 impl TapSet {
-    /// For a level with this edge length.
+    /// Rings for a level with this edge length.
     pub(super) fn for_edge(edge: u32) -> Self {
         if edge > 32 { Self::Few } else { Self::Many }
     }
@@ -67,60 +73,79 @@ impl TapSet {
         }
     }
 
-    /// Definitions of the shader that reads them.
+    /// Shader definitions for these rings.
     pub(super) fn shader_defs(self) -> Vec<ShaderDefVal> {
         let count = |ring: usize| self.rings().get(ring).map_or(0, |ring| ring.taps as u32);
         RING_DEFS.iter().enumerate().map(|(i, def)| ShaderDefVal::UInt((*def).into(), count(i))).collect()
     }
 }
 
-/// What a lobe is made of.
+/// Lobe as a sum of taps.
 pub(super) struct Lobe {
     /// Directions to the light relative to the normal (z), ring after ring.
-    pub(super) places: Vec<Vec3>,
-    /// Of a tap of each ring; w: of the next rougher level, since the far tails of GGX are alike whatever their alpha. All together are 1.
-    pub(super) shares: Vec4,
-    /// What the taps of each ring read.
-    pub(super) readings: Vec<Reading>,
+    pub(super) offsets: Vec<Vec3>,
+    /// Weight of each tap of a ring, for up to three rings; w: weight of the next rougher level, since the far tails
+    /// of GGX are alike for every alpha. The weights of all taps and w add up to 1.
+    pub(super) weights: Vec4,
+    /// Cube that the taps of each ring read.
+    pub(super) sources: Vec<TapSource>,
 }
 
-/// A cube that taps read, made from the pyramid.
+/// [`Lobe`] for the GPU. Mirror of `Taps` in `taps.wgsl`.
+#[derive(ShaderType, Clone)]
+pub(super) struct TapsUniform {
+    weights: Vec4,
+    offsets: [Vec4; MAX_TAPS],
+}
+
+impl From<&Lobe> for TapsUniform {
+    fn from(lobe: &Lobe) -> Self {
+        let mut offsets = [Vec4::ZERO; MAX_TAPS];
+        offsets.iter_mut().zip(&lobe.offsets).for_each(|(offset, tap)| *offset = tap.extend(0.0));
+        Self { weights: lobe.weights, offsets }
+    }
+}
+
+/// Cube that taps read, made from the pyramid.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reading {
+pub(super) struct TapSource {
+    /// Edge length in texels.
     pub(super) edge: u32,
-    /// Level of the pyramid that it shows; 0 is half the source's edge length.
+    /// Level of the pyramid that the cube shows; level 0 has half the source's edge length.
     pub(super) level: f64,
 }
 
-/// The kernel of the glossy maps by the angle to the light, without its norm.
+/// Kernel of the specular map by the angle to the light, not normalized.
 fn ggx(alpha: f64, angle: f64) -> f64 {
     let cosine = angle.cos().max(0.0);
     cosine / (0.5 * (1.0 + cosine) * (alpha * alpha - 1.0) + 1.0).powi(2)
 }
 
-/// The shares with which taps on rings, each a Gaussian spot, and the next rougher level together come closest to the lobe in
-/// the mean square over the hemisphere. The pyramid starts at half of `source_edge`; `edge` is that of the level made.
+/// Fits the weights of taps on rings, each a Gaussian spot, and of the next rougher level, so that their sum is
+/// closest to the lobe in the mean square over the hemisphere.
+///
+/// The pyramid starts at half of `source_edge`; `edge` is the edge length of the level that is made.
 pub(super) fn fit(alpha: f64, rougher: f64, rings: &[Ring], source_edge: u32, edge: u32) -> Lobe {
     const STEPS: usize = 2048;
     const AZIMUTHS: usize = 48;
     let texel = |edge: f64| (4.0 * PI / 6.0).sqrt() / edge;
-    let finest = LEVEL_SPREAD * texel(0.5 * f64::from(source_edge));
-    // The coarsest cube that is fine enough, and the level at which it is as spread as the ring asks for.
-    let readings: Vec<Reading> = rings
+    let finest = LEVEL_SIGMA * texel(0.5 * f64::from(source_edge));
+    // The coarsest cube that is fine enough, and the level at which its footprint is as wide as the ring requires.
+    let sources: Vec<TapSource> = rings
         .iter()
         .map(|ring| {
-            let spread = ring.spread * alpha;
-            let mut edge = COARSEST_EDGE;
-            while texel(f64::from(edge)) > spread && 2 * edge < source_edge {
+            let sigma = ring.sigma * alpha;
+            let mut edge = MIN_SOURCE_EDGE;
+            while texel(f64::from(edge)) > sigma && 2 * edge < source_edge {
                 edge *= 2;
             }
-            let variance = spread.powi(2) - INTERPOLATION * texel(f64::from(edge)).powi(2);
-            Reading { edge, level: (variance.max(finest.powi(2)).sqrt() / finest).log2() }
+            let variance = sigma.powi(2) - INTERPOLATION_VARIANCE * texel(f64::from(edge)).powi(2);
+            TapSource { edge, level: (variance.max(finest.powi(2)).sqrt() / finest).log2() }
         })
         .collect();
-    let ring_profile = |ring: &Ring, reading: &Reading, angle: f64| {
-        let variance = (BETWEEN_LEVELS * finest * reading.level.exp2()).powi(2)
-            + INTERPOLATION * texel(f64::from(reading.edge)).powi(2)
+    let ring_profile = |ring: &Ring, source: &TapSource, angle: f64| {
+        let variance = (MEAN_LEVEL_WIDENING * finest * source.level.exp2()).powi(2)
+            + INTERPOLATION_VARIANCE * texel(f64::from(source.edge)).powi(2)
             + READER_VARIANCE * texel(f64::from(edge)).powi(2);
         let radius = ring.radius * alpha;
         let spots = (0..AZIMUTHS).map(|i| {
@@ -139,29 +164,31 @@ pub(super) fn fit(alpha: f64, rougher: f64, rings: &[Ring], source_edge: u32, ed
     };
     let target = normalized(&|angle| ggx(alpha, angle));
     let mut parts: Vec<Vec<f64>> =
-        rings.iter().zip(&readings).map(|(ring, from)| normalized(&|angle| ring_profile(ring, from, angle))).collect();
+        rings.iter().zip(&sources).map(|(ring, from)| normalized(&|angle| ring_profile(ring, from, angle))).collect();
     parts.push(normalized(&|angle| ggx(rougher, angle)));
-    let weights: Vec<f64> = angles.iter().map(|angle| angle.sin()).collect();
-    let shares = least_squares(&parts, &target, &weights);
-    let sum: f64 = shares.iter().sum();
-    let mut lobe = Lobe { places: Vec::new(), shares: Vec4::ZERO, readings };
+    let sample_weights: Vec<f64> = angles.iter().map(|angle| angle.sin()).collect();
+    let weights = least_squares(&parts, &target, &sample_weights);
+    let sum: f64 = weights.iter().sum();
+    let mut lobe = Lobe { offsets: Vec::new(), weights: Vec4::ZERO, sources };
     for (i, ring) in rings.iter().enumerate() {
         let (sin, cos) = (ring.radius * alpha).sin_cos();
-        lobe.places.extend((0..ring.taps).map(|k| {
-            // Every other ring is turned by half a step, so that taps do not line up.
+        lobe.offsets.extend((0..ring.taps).map(|k| {
+            // Every other ring is rotated by half a step, so that taps do not line up.
             let (y, x) = (TAU * (k as f64 + 0.5 * i as f64) / ring.taps as f64).sin_cos();
             DVec3::new(sin * x, sin * y, cos).as_vec3()
         }));
-        lobe.shares[i] = (shares[i] / sum / ring.taps as f64) as f32;
+        lobe.weights[i] = (weights[i] / sum / ring.taps as f64) as f32;
     }
-    lobe.shares.w = (shares[rings.len()] / sum) as f32;
+    lobe.weights.w = (weights[rings.len()] / sum) as f32;
     lobe
 }
 
-/// The shares ≥ 0 of `parts` whose sum is nearest to `target`: the most negative one is left out until there is none.
-fn least_squares(parts: &[Vec<f64>], target: &[f64], weights: &[f64]) -> Vec<f64> {
-    let product =
-        |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).zip(weights).map(|((a, b), weight)| a * b * weight).sum() };
+/// Weights ≥ 0 of `parts` whose sum is nearest to `target`. The part with the most negative weight is left out until
+/// no weight is negative.
+fn least_squares(parts: &[Vec<f64>], target: &[f64], sample_weights: &[f64]) -> Vec<f64> {
+    let product = |a: &[f64], b: &[f64]| -> f64 {
+        a.iter().zip(b).zip(sample_weights).map(|((a, b), weight)| a * b * weight).sum()
+    };
     let mut active: Vec<usize> = (0..parts.len()).collect();
     loop {
         let rows = active.iter().map(|&i| {
@@ -175,15 +202,15 @@ fn least_squares(parts: &[Vec<f64>], target: &[f64], weights: &[f64]) -> Vec<f64
                 active.remove(least);
             }
             _ => {
-                let mut shares = vec![0.0; parts.len()];
-                active.iter().zip(solution).for_each(|(i, share)| shares[*i] = share.max(0.0));
-                return shares;
+                let mut weights = vec![0.0; parts.len()];
+                active.iter().zip(solution).for_each(|(i, weight)| weights[*i] = weight.max(0.0));
+                return weights;
             }
         }
     }
 }
 
-/// Gauss–Jordan for a symmetric positive system with its right side as last column.
+/// Gauss–Jordan elimination for a symmetric positive definite system with its right side as the last column.
 fn solve(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
     let count = rows.len();
     for i in 0..count {
@@ -200,10 +227,10 @@ fn solve(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Taps with their shares.
+    /// Taps with their weights.
     fn taps(lobe: &Lobe, set: TapSet) -> Vec<(Vec3, f32)> {
-        let shares = set.rings().iter().enumerate().flat_map(|(i, ring)| vec![lobe.shares[i]; ring.taps]);
-        lobe.places.iter().copied().zip(shares).collect()
+        let weights = set.rings().iter().enumerate().flat_map(|(i, ring)| vec![lobe.weights[i]; ring.taps]);
+        lobe.offsets.iter().copied().zip(weights).collect()
     }
 
     #[test]
@@ -212,10 +239,10 @@ mod tests {
             let set = TapSet::for_edge(edge);
             let lobe = fit(alpha, rougher, set.rings(), 2 * edge.max(64), edge);
             let taps = taps(&lobe, set);
-            assert!((1..=MAX_TAPS).contains(&taps.len()) && lobe.places.len() == taps.len());
-            assert!(lobe.readings.len() <= MAX_RINGS && lobe.readings.iter().all(|reading| reading.level >= 0.0));
+            assert!((1..=MAX_TAPS).contains(&taps.len()) && lobe.offsets.len() == taps.len());
+            assert!(lobe.sources.len() <= MAX_RINGS && lobe.sources.iter().all(|source| source.level >= 0.0));
             let sum: f32 = taps.iter().map(|tap| tap.1).sum();
-            assert!((sum + lobe.shares.w - 1.0).abs() < 1e-5 && lobe.shares.min_element() >= 0.0);
+            assert!((sum + lobe.weights.w - 1.0).abs() < 1e-5 && lobe.weights.min_element() >= 0.0);
             let mean: Vec3 = taps.iter().map(|tap| tap.0 * tap.1).sum();
             assert!(taps.iter().all(|tap| tap.0.z > 0.0 && (tap.0.length() - 1.0).abs() < 1e-6));
             assert!(mean.truncate().length() < 1e-3, "leans to a side: {mean}");
@@ -223,16 +250,16 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_found_again() {
+    fn weights_are_found_again() {
         let parts = [vec![1.0, 0.0, 1.0, 0.5], vec![0.0, 1.0, 1.0, 0.1], vec![1.0, 1.0, 0.0, 0.7]];
         let target: Vec<f64> = (0..4).map(|i| 0.25 * parts[0][i] + 0.75 * parts[2][i]).collect();
-        let shares = least_squares(&parts, &target, &[1.0; 4]);
-        assert!(shares.iter().zip([0.25, 0.0, 0.75]).all(|(a, b)| (a - b).abs() < 1e-9), "{shares:?}");
+        let weights = least_squares(&parts, &target, &[1.0; 4]);
+        assert!(weights.iter().zip([0.25, 0.0, 0.75]).all(|(a, b)| (a - b).abs() < 1e-9), "{weights:?}");
     }
 
     #[test]
     fn the_mean_cosine_of_a_lobe_is_kept() {
-        // ∫ z² D dω ÷ ∫ z D dω by fine steps, against taps and tail; spots widen what lies around the axis.
+        // ∫ z² D dω ÷ ∫ z D dω in fine steps, against taps and tail. The spots widen the part around the axis.
         let mean_cosine = |alpha: f64| {
             let steps = (0..10_000).map(|i| (f64::from(i) + 0.5) * FRAC_PI_2 / 1e4);
             let (weight, moment) = steps.fold((0.0, 0.0), |(weight, moment), angle| {
@@ -243,7 +270,7 @@ mod tests {
         };
         let lobe = fit(0.16, 0.36, MANY, 128, 32);
         let taps: f64 = taps(&lobe, TapSet::Many).iter().map(|tap| f64::from(tap.0.z * tap.1)).sum();
-        let mean = taps + f64::from(lobe.shares.w) * mean_cosine(0.36);
+        let mean = taps + f64::from(lobe.weights.w) * mean_cosine(0.36);
         assert!((mean - mean_cosine(0.16)).abs() < 0.02, "{mean} instead of {}", mean_cosine(0.16));
     }
 }

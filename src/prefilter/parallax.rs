@@ -1,19 +1,22 @@
-//! Reflections near a desk: the environment as it looks from where an object stands.
+//! Desk parallax: the environment as seen from the position of an object on the desk.
 
-use super::FilteredEnvironment;
+use super::filtered_environment::FilteredEnvironment;
 use bevy::prelude::*;
 
-/// Looks at the [`LiveEnvironment`](super::LiveEnvironment) beside it from this entity's own place: put both on a
-/// [`LightProbe`].
+/// Parallax correction of a [`LiveEnvironment`](super::LiveEnvironment) for the position of this entity. Put both
+/// components on a [`LightProbe`].
 ///
-/// An environment is right only where it was captured, at the ball. What is on the desk is near: an object beside the ball
-/// mirrors another part of it. Directions that meet the desk are therefore looked up where that place of the desk was seen
-/// when the environment was captured; all others are taken for far away. Things that stand on the desk in the picture are
-/// flattened onto it. Bevy's own parallax correction takes a box around the probe for the room, whose middle has to be the
-/// point of capture, so that a ball on a desk makes a box as low as the ball; switch it off on such probes
+/// An environment is correct only at its point of capture, the ball. The desk is near, so an object beside the ball
+/// reflects another part of it. Directions that meet the desk are therefore looked up in the direction in which that
+/// point of the desk was captured; all other directions count as far away. Things that stand on the desk are
+/// flattened onto it.
+///
+/// Bevy's own parallax correction treats the room as a box around the probe, whose center has to be the point of
+/// capture. For a ball on a desk that box would be as low as the ball, so switch Bevy's correction off on such probes
 /// (`ParallaxCorrection::None`), as [`DeskParallax`] requires by default.
 ///
-/// The maps are made for one place: they cost one more filter for each probe that has this, and are made anew when it moves.
+/// The maps are made for one position: each probe with this component costs one more filter, which runs again when
+/// the probe moves.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -32,17 +35,17 @@ use bevy::prelude::*;
 #[reflect(Component, Debug, Clone, PartialEq)]
 #[require(bevy::light::ParallaxCorrection::None)]
 pub struct DeskParallax {
-    /// Where the environment was captured, world, metres: the center of the ball. Has to be above the desk.
+    /// Point of capture, the center of the ball, in world space, in meters. It has to be above the desk.
     pub captured_from: Vec3,
-    /// The desk's height, world y in metres. Probes below it see the environment as it is.
+    /// Height of the desk: world y in meters. Probes below it use the environment without correction.
     pub height: f32,
 }
 
-/// Movements below this, in metres, are none.
-const STANDSTILL: f32 = 1e-4;
+/// Minimum movement in meters for which the maps are made again.
+const MIN_MOVEMENT: f32 = 1e-4;
 
 impl DeskParallax {
-    /// The eye relative to the point of capture, and in w the desk's height relative to it; zeros leave directions as they are.
+    /// Eye relative to the point of capture; w: the desk's height relative to it. Zeros leave directions unchanged.
     pub(super) fn viewpoint(&self, eye: Vec3) -> Vec4 {
         let (eye, height) = (eye - self.captured_from, self.height - self.captured_from.y);
         let is_above = height < 0.0 && eye.y > height && eye.is_finite();
@@ -50,8 +53,8 @@ impl DeskParallax {
     }
 }
 
-/// The direction in which the place that is seen in a direction was captured: twin of `captured_direction` in
-/// `filter_pass.wgsl`.
+/// Direction in which the point that is seen in a direction was captured. Twin of `captured_direction` in
+/// `resample.wgsl`.
 #[cfg(test)]
 fn captured_direction(dir_world: Vec3, viewpoint: Vec4) -> Vec3 {
     let (eye, height) = (viewpoint.truncate(), viewpoint.w);
@@ -61,10 +64,10 @@ fn captured_direction(dir_world: Vec3, viewpoint: Vec4) -> Vec3 {
 
 type Viewer = (&'static DeskParallax, &'static GlobalTransform, &'static mut FilteredEnvironment);
 
-pub(super) fn follow_viewpoints(mut viewers: Query<Viewer>) {
+pub(super) fn update_viewpoints(mut viewers: Query<Viewer>) {
     for (parallax, place, mut maps) in &mut viewers {
         let viewpoint = parallax.viewpoint(place.translation());
-        if maps.viewpoint.is_none_or(|old| old.distance(viewpoint) > STANDSTILL) {
+        if maps.viewpoint.is_none_or(|old| old.distance(viewpoint) > MIN_MOVEMENT) {
             maps.viewpoint = Some(viewpoint);
             maps.request_refresh();
         }
@@ -79,7 +82,7 @@ mod tests {
     fn the_desk_is_where_it_is_and_the_sky_stays() {
         let ball = Vec3::new(0.2, 0.05, 0.0);
         let viewpoint = DeskParallax { captured_from: ball, height: 0.0 }.viewpoint(Vec3::new(0.5, 0.1, 0.3));
-        // Straight down from the eye: the place below it, from the ball.
+        // Straight down from the eye is the point below it, as seen from the ball.
         let expected = (Vec3::new(0.5, 0.0, 0.3) - ball).normalize();
         assert!(captured_direction(Vec3::NEG_Y, viewpoint).distance(expected) < 1e-6);
         let up = Vec3::new(0.6, 0.8, 0.0);

@@ -1,4 +1,4 @@
-//! When maps are made anew.
+//! Refresh policy and state of environments.
 
 use bevy::prelude::*;
 use std::sync::{
@@ -6,54 +6,58 @@ use std::sync::{
     atomic::{AtomicU32, Ordering},
 };
 
-/// When a [`LiveEnvironment`](super::LiveEnvironment) is filtered.
+/// Refresh policy: when a [`LiveEnvironment`](super::LiveEnvironment) is filtered.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub enum Refresh {
-    /// Every frame: for sources that other GPU passes write without telling. The default.
+    /// Every frame, for sources that other GPU passes write without announcing it. The default.
     #[default]
     EveryFrame,
-    /// When the source changes: its [`Image`] asset was modified, a camera renders into it, or the pass that wrote it said so
-    /// in [`CubeWrites`](crate::environment_map::CubeWrites). Otherwise it costs nothing on the GPU.
+    /// When the source changes: its [`Image`] asset was modified, a camera renders into it, or the pass that wrote it
+    /// announced that in [`CubeWrites`](crate::environment_map::CubeWrites). Costs nothing on the GPU otherwise.
     OnChange,
-    /// Once, and then when [`FilteredEnvironment::request_refresh`](super::FilteredEnvironment::request_refresh) is called.
+    /// Once, and then when [`FilteredEnvironment::request_refresh`](super::FilteredEnvironment::request_refresh) is
+    /// called.
     OnRequest,
-    /// All the time, but with at most this many dispatches a frame (1 and above; 0 counts as 1); reading the source counts
-    /// as one and is done within one frame, then each glossy level and the diffuse map are one each. The maps that light the
-    /// scene change only when a whole set is finished, so that a set never mixes moments. Bounds the work of a frame, not its
-    /// time: with 1, the sharp glossy level remains the longest dispatch.
+    /// Continuously, with a limited number of dispatches per frame. Reading the source counts as one dispatch and
+    /// happens within one frame; the diffuse map and each specular level follow as one or more dispatches each.
+    ///
+    /// The maps that light the scene change only when a whole set is finished, so that a set never mixes moments. The
+    /// budget limits the work of a frame, not its time: with 1, the sharp specular level remains the longest
+    /// dispatch.
     Budget {
-        /// Dispatches a frame.
+        /// Maximum number of dispatches per frame, 1 and above; 0 counts as 1.
         dispatches: u32,
     },
 }
 
-/// How far the lighting by a [`LiveEnvironment`](super::LiveEnvironment) is, on the same entity. Read it; written each frame.
+/// State of the lighting by a [`LiveEnvironment`](super::LiveEnvironment), on the same entity. Read-only: it is
+/// written each frame.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub enum EnvironmentState {
-    /// The source is still loading, or there is no such image.
+    /// The source is still loading, or its image does not exist.
     #[default]
     Waiting,
-    /// The source cannot be used; the text names the field, what is wrong and what helps. Also logged, once.
+    /// The source cannot be used. The text names the field, the problem and a remedy; it is also logged once.
     Refused(String),
     /// The maps light the scene.
     Live {
-        /// Complete sets of maps made so far; 0 until shaders are compiled.
+        /// Number of complete sets of maps made so far; 0 until the shaders are compiled.
         refreshes: u32,
-        /// Frames since the last of them was finished.
+        /// Frames since the last set was finished.
         frames_since_refresh: u32,
     },
 }
 
-/// Requests of the main world and answers of the render world.
+/// Counters of requests of the main world and of sets finished by the render world.
 #[derive(Default, Debug)]
 struct Counters {
     requested: AtomicU32,
     finished: AtomicU32,
 }
 
-/// Shared by everything that uses the same maps.
+/// Progress of one set of maps, shared by the two worlds and by all environments with these maps.
 #[derive(Clone, Default, Debug)]
 pub(super) struct Progress(Arc<Counters>);
 

@@ -1,4 +1,4 @@
-//! Faces of scene probes → their cubes, after all cameras.
+//! Pass that copies the faces of scene probes into their cubes, after all cameras.
 
 use super::scene_probe::SceneCube;
 use crate::environment_map::CubeWrites;
@@ -22,7 +22,7 @@ pub(super) fn build(app: &mut App) {
         .add_systems(RenderGraph, copy_faces_pass.in_set(RenderGraphSystems::Render).after(camera_driver));
 }
 
-/// A face that is rendered in this frame.
+/// Copy of a face that is rendered in this frame.
 struct FaceCopy {
     cube: AssetId<Image>,
     face: AssetId<Image>,
@@ -32,7 +32,8 @@ struct FaceCopy {
 #[derive(Resource, Default)]
 struct SceneCopies {
     copies: Vec<FaceCopy>,
-    /// Cubes whose last face was copied: filters learn of it in the next frame, before which they could not read it.
+    /// Cubes whose last face was copied. They are announced in the next frame, the first in which a filter can read
+    /// them.
     finished: Vec<AssetId<Image>>,
 }
 

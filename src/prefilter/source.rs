@@ -1,26 +1,26 @@
-//! Which images can be a source.
+//! Sources of environments: which images are accepted.
 
 use bevy::{
     prelude::*,
     render::render_resource::{TextureDimension, TextureFormat, TextureSampleType, TextureUsages},
 };
 
-/// Edge lengths of cubes that are filtered as they are: at least one texel for each block of the sums.
+/// Edge lengths of cubes that are filtered as they are. The least has at least one texel for each block of the sums.
 const CUBE_EDGES: std::ops::RangeInclusive<u32> = 16..=8192;
-/// Largest edge length of a cube made from something else; the sharpest glossy level has 256.
+/// Maximum edge length of a resampled cube; the sharpest specular level has 256.
 const MAX_RESAMPLED_EDGE: u32 = 512;
 
-/// What a source looks like.
+/// Shape of a source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SourceShape {
     /// Six square layers with this edge length.
     Cube(u32),
-    /// Twice as wide as high, this wide.
+    /// Equirectangular image with this width, twice as wide as high.
     Equirect(u32),
 }
 
 impl SourceShape {
-    /// Shape of an image, or what is wrong with it.
+    /// Shape of an image, or the reason why it cannot be a source.
     pub(super) fn of(image: &Image) -> Result<Self, String> {
         let texture = &image.texture_descriptor;
         let size = texture.size;
@@ -28,7 +28,8 @@ impl SourceShape {
         let is_float = matches!(texture.format.sample_type(None, None), Some(TextureSampleType::Float { .. }));
         if !is_float || texture.dimension != TextureDimension::D2 || texture.sample_count != 1 {
             return Err(format!(
-                "LiveEnvironment.source has the format {:?} ({:?}, {} samples); give a color image, for example Rgba16Float",
+                "LiveEnvironment.source has the format {:?} ({:?}, {} samples); give a color image, for example \
+                 Rgba16Float",
                 texture.format, texture.dimension, texture.sample_count
             ));
         }
@@ -42,22 +43,22 @@ impl SourceShape {
             1 if width == 2 * height && height > 0 => Self::Equirect(width),
             _ => {
                 return Err(format!(
-                    "LiveEnvironment.source is {width} × {height} with {layers} layers; give a cube map (six square layers) \
-                     or an equirectangular picture (twice as wide as high)"
+                    "LiveEnvironment.source is {width} × {height} with {layers} layers; give a cube map (six square \
+                     layers) or an equirectangular image (twice as wide as high)"
                 ));
             }
         };
         let is_wide_float = matches!(texture.format, TextureFormat::Rgba32Float | TextureFormat::R32Float);
         if is_wide_float && matches!(shape, Self::Cube(_)) && !shape.is_ready() {
             return Err(format!(
-                "LiveEnvironment.source is a cube of 32-bit floats with {width} texels along an edge; give it 16-bit floats \
-                 or a power of two from 16 to 8192"
+                "LiveEnvironment.source is a cube of 32-bit floats with {width} texels along an edge; give it 16-bit \
+                 floats or a power of two from 16 to 8192"
             ));
         }
         Ok(shape)
     }
 
-    /// Whether it is filtered as it is.
+    /// Whether the source is filtered as it is, without resampling.
     pub(super) fn is_ready(self) -> bool {
         matches!(self, Self::Cube(edge) if edge.is_power_of_two() && CUBE_EDGES.contains(&edge))
     }

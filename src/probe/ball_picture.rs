@@ -11,7 +11,7 @@ use crate::{
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
-/// As in the shader `unwrap_pass.wgsl`, where the reasons are.
+/// As in the shaders of `unwrap`, where the reasons are.
 const SHARP_BALL: f32 = 2.0;
 const SMOOTH: f32 = 1.0;
 const LEAK: f32 = 0.4;

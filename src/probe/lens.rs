@@ -1,4 +1,4 @@
-//! Pictures that show many directions at once, and which pixel shows which. WGSL twin: the lenses of `unwrap_pass.wgsl`.
+//! Pictures that show many directions at once, and which pixel shows which. WGSL twin: `unwrap/lens.wgsl`.
 
 use bevy::prelude::*;
 use std::f32::consts::{PI, TAU};

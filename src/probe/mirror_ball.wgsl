@@ -4,7 +4,7 @@
 
 #import bevy_mirrorball::trigonometry::{angle_of, unit_vector}
 
-/// Mirror of `BallUniform` in unwrap/extract.rs. Camera space, metres, Bevy axes.
+/// Mirror of `BallUniform` in unwrap/unwrap_uniform.rs. Camera space, metres, Bevy axes.
 struct Ball {
     center_camera: vec3f,
     radius: f32,

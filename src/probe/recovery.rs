@@ -144,7 +144,7 @@ impl PaperAndBall<'_> {
     }
 }
 
-/// For each clipped channel of a pixel, the largest gain it may get. Twin of `recovered` in `unwrap_pass.wgsl`.
+/// For each clipped channel of a pixel, the largest gain it may get. Twin of `recovered` in `frame_sampling.wgsl`.
 pub(crate) fn gain_limits(linear: Vec3) -> [Option<f32>; 3] {
     let channels = linear.to_array();
     if linear.max_element() < clipped_from_linear() {

@@ -64,7 +64,7 @@ fn compare_with_bevy(name: &str, edge: usize, radiance: impl Fn(DVec3) -> DVec3)
         app.update();
     }
     let bevy = app.world().get::<EnvironmentMapLight>(bevy).expect("Bevy takes the cube").clone();
-    let ours = filter_truth::read(&mut app, &maps.diffuse, &maps.glossy, DIRECTIONS);
+    let ours = filter_truth::read(&mut app, &maps.diffuse, &maps.specular, DIRECTIONS);
     let bevy = filter_truth::read(&mut app, &bevy.diffuse_map, &bevy.specular_map, DIRECTIONS);
     let truth = Truth::of(edge, &source, DIRECTIONS);
     for k in 0..ours.len() {

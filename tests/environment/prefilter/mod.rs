@@ -62,7 +62,7 @@ fn maps_source(app: &App, camera: Entity) -> Handle<Image> {
 
 fn diffuse_and_glossy(app: &mut App, camera: Entity) -> (CubePixels, CubePixels) {
     let maps = app.world().get::<FilteredEnvironment>(camera).expect("the cube is accepted").clone();
-    (cubes::read(app, &maps.diffuse), cubes::read(app, &maps.glossy))
+    (cubes::read(app, &maps.diffuse), cubes::read(app, &maps.specular))
 }
 
 /// Largest relative difference between a cube and a function of direction, over all texels and channels.

@@ -82,7 +82,7 @@ fn light_goes_with_its_component_and_maps_of_one_source_are_shared() {
     let environment = app.world().get::<LiveEnvironment>(camera).expect("it has one").clone();
     let probe = app.world_mut().spawn((LightProbe::default(), environment)).id();
     app.update();
-    let glossy = |app: &App, entity| app.world().get::<FilteredEnvironment>(entity).expect("is lit").glossy.clone();
+    let glossy = |app: &App, entity| app.world().get::<FilteredEnvironment>(entity).expect("is lit").specular.clone();
     assert_eq!(glossy(&app, camera), glossy(&app, probe));
     app.world_mut().entity_mut(probe).remove::<LiveEnvironment>();
     app.update();

@@ -70,15 +70,17 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             filtered.flat_map(|set| [set.clone(), [set.as_slice(), &[multisampled]].concat()]).collect()
         }
         Some("soft_edges.wgsl") => vec![vec![], vec![&["MULTISAMPLED"] as &[&str]]],
-        // The rings of taps in environment/lobe.rs.
-        Some("filter_pass.wgsl") => {
-            let taps: [&[&str]; 2] = [
+        Some("downsample.wgsl") => vec![vec![], vec![&["COPIES"] as &[&str]]],
+        // The rings of taps in prefilter/lobe.rs.
+        Some("taps.wgsl") => {
+            let taps: [&[&str]; 3] = [
+                &[],
                 &["INNER_TAPS=5", "MIDDLE_TAPS=5", "OUTER_TAPS=0"],
                 &["INNER_TAPS=5", "MIDDLE_TAPS=7", "OUTER_TAPS=8"],
             ];
-            taps.into_iter().map(|taps| vec![taps]).chain([vec![&["COPIES"] as &[&str]]]).collect()
+            taps.into_iter().map(|taps| vec![taps]).collect()
         }
-        Some("unwrap_pass.wgsl") => {
+        Some("unwrap_pass.wgsl" | "frame_sampling.wgsl" | "lens.wgsl") => {
             let kinds: [&[&str]; 4] = [&[], &["BALL"], &["FISHEYE"], &["EQUIRECT"]];
             kinds.into_iter().map(|kind| vec![kind]).collect()
         }

@@ -1,34 +1,39 @@
-//! The textures a filtered environment consists of.
+//! Filtered environments: the textures that light a scene.
 
-use super::{Refresh, refresh::Progress, source::SourceShape};
+use super::{
+    refresh::{Progress, Refresh},
+    source::SourceShape,
+};
 use crate::environment_map::cube_image;
 use bevy::{prelude::*, render::render_resource::TextureUsages};
 
-/// Edge length of the irradiance map: interpolated over 2.8°, the kink that a lamp makes at the horizon is off by 0.2 %.
+/// Edge length of the diffuse map. Interpolation over 2.8° gets the kink that a lamp makes at the horizon wrong by
+/// 0.2 %.
 const DIFFUSE_EDGE: u32 = 32;
-/// Largest edge length of the glossy map's sharpest level.
-const MAX_GLOSSY_EDGE: u32 = 256;
-/// Edge length of the glossy map's last level, which holds perceptual roughness 1.
+/// Maximum edge length of the specular map's sharpest level.
+const MAX_SPECULAR_EDGE: u32 = 256;
+/// Edge length of the specular map's last level, which holds perceptual roughness 1.
 pub(super) const ROUGHEST_EDGE: u32 = 4;
 
-/// The maps made from a [`LiveEnvironment`](super::LiveEnvironment), on the same entity: cubes of 16-bit floats in its units.
+/// Diffuse and specular map of a [`LiveEnvironment`](super::LiveEnvironment), on the same entity: cubes of 16-bit
+/// floats in the units of the source.
 ///
-/// Written by the GPU: do not change the [`Image`] assets behind them. Environments with the same source and the same way of
-/// refreshing share theirs.
+/// The GPU writes the maps, so do not change their [`Image`] assets. Environments with the same source and the same
+/// [`Refresh`] share their maps.
 #[derive(Component, Clone, Debug)]
 pub struct FilteredEnvironment {
     /// Irradiance ÷ π by surface normal, one level.
     pub diffuse: Handle<Image>,
     /// Radiance by mirror direction; level m of n holds perceptual roughness m / (n − 1).
-    pub glossy: Handle<Image>,
+    pub specular: Handle<Image>,
     pub(super) source: Handle<Image>,
     pub(super) shape: SourceShape,
     pub(super) refresh: Refresh,
-    /// The source as a cube of a power of two, if it is none.
+    /// Source resampled into a cube with a power of two as edge length, if it is not one itself.
     pub(super) resampled: Option<Handle<Image>>,
-    /// Diffuse and glossy map in the making, if that takes several frames.
+    /// Diffuse and specular map that are being made, if that takes several frames.
     pub(super) draft: Option<[Handle<Image>; 2]>,
-    /// Where it is looked at from, if that is not where it was captured; see [`DeskParallax`](super::DeskParallax).
+    /// Viewpoint, if it differs from the point of capture; see [`DeskParallax`](super::DeskParallax).
     pub(super) viewpoint: Option<Vec4>,
     pub(super) progress: Progress,
 }
@@ -42,7 +47,7 @@ impl FilteredEnvironment {
         viewpoint: Option<Vec4>,
     ) -> Self {
         let cube_edge = shape.cube_edge();
-        let glossy_edge = cube_edge.clamp(ROUGHEST_EDGE, MAX_GLOSSY_EDGE);
+        let specular_edge = cube_edge.clamp(ROUGHEST_EDGE, MAX_SPECULAR_EDGE);
         let levels = |edge: u32| (edge / ROUGHEST_EDGE).ilog2() + 1;
         let mut cube = |label, edge, levels| {
             let mut image = cube_image(label, edge, levels);
@@ -50,23 +55,23 @@ impl FilteredEnvironment {
             images.add(image)
         };
         let mut result =
-            |diffuse, glossy| [cube(diffuse, DIFFUSE_EDGE, 1), cube(glossy, glossy_edge, levels(glossy_edge))];
-        let [diffuse, glossy] = result("mirrorball_environment_diffuse", "mirrorball_environment_glossy");
+            |diffuse, specular| [cube(diffuse, DIFFUSE_EDGE, 1), cube(specular, specular_edge, levels(specular_edge))];
+        let [diffuse, specular] = result("mirrorball_environment_diffuse", "mirrorball_environment_glossy");
         let draft = matches!(refresh, Refresh::Budget { .. })
             .then(|| result("mirrorball_environment_diffuse_draft", "mirrorball_environment_glossy_draft"));
         let resampled =
             (!shape.is_ready() || viewpoint.is_some()).then(|| cube("mirrorball_environment_resampled", cube_edge, 1));
         let progress = Progress::default();
         progress.request();
-        Self { diffuse, glossy, source, shape, refresh, resampled, draft, viewpoint, progress }
+        Self { diffuse, specular, source, shape, refresh, resampled, draft, viewpoint, progress }
     }
 
-    /// Level of the glossy map that holds perceptual roughness 1.
+    /// Level of the specular map that holds perceptual roughness 1.
     pub fn roughest_level(&self) -> u32 {
-        (self.shape.cube_edge().clamp(ROUGHEST_EDGE, MAX_GLOSSY_EDGE) / ROUGHEST_EDGE).ilog2()
+        (self.shape.cube_edge().clamp(ROUGHEST_EDGE, MAX_SPECULAR_EDGE) / ROUGHEST_EDGE).ilog2()
     }
 
-    /// Has the maps made anew in the next frame, whatever [`Refresh`] says.
+    /// Requests that the maps are made again in the next frame, whatever the [`Refresh`] policy.
     pub fn request_refresh(&self) {
         self.progress.request();
     }
