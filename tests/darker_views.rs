@@ -7,8 +7,10 @@ use bevy::{prelude::*, time::TimeUpdateStrategy};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     lighting::{
-        DeskPicture, LightingPlugin, MirrorBall, Paper, RecoveredLight, ShorterExposure, SolvedLight, SolvedRegion,
-        SolverCache, solve_light,
+        LightingPlugin, RecoveredLight,
+        solver::{
+            DeskPicture, MirrorBall, Paper, ShorterExposure, SolvedLight, SolvedRegion, SolverCache, solve_light,
+        },
     },
     phantom::PhantomPlugin,
     prelude::*,

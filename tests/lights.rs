@@ -10,8 +10,8 @@ use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     environment_map::{EquirectPixels, equirect_direction},
     lighting::{
-        DeskPicture, FoundLight, LightingPlugin, MirrorBall, RealLight, RealLightAppeared, RealLightVanished,
-        RecoveredLight, SelfCheck, SolverCache, match_cameras, solve_light,
+        LightingPlugin, RealLight, RealLightAppeared, RealLightVanished, RecoveredLight, SelfCheck, match_cameras,
+        solver::{DeskPicture, FoundLight, MirrorBall, SolverCache, solve_light},
     },
     phantom::PhantomPlugin,
     prelude::*,

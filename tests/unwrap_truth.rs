@@ -10,7 +10,7 @@ use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels, srgb_to_linear},
     environment_map::EnvironmentCube,
     environment_map::{CubePixels, equirect_position},
-    lighting::{DeskPicture, MirrorBall},
+    lighting::solver::{DeskPicture, MirrorBall},
     offscreen,
     prelude::*,
     probe::{BallSurface, BallView, ClipRecovery, ProbePlugin},

@@ -78,39 +78,16 @@
 //!
 //! Sources: Debevec et al. 2012; Supan 2006 (row C7) for lights out of an environment map.
 
-mod albedos;
-mod camera_match;
+mod bracketing;
 mod clip_gains;
-mod darker_view;
-mod desk_picture;
-mod equations;
-mod find;
-mod gains;
-mod least_squares;
-mod meter;
-mod mirrored_sky;
-mod near_light;
-mod ray_cast;
-mod real_light;
 mod recover;
-mod regions;
-mod self_check;
-mod series;
-mod sky;
-mod solve;
-mod solved_light;
-mod triangulate;
+pub mod solver;
+mod track_lights;
 
-pub use camera_match::{CameraMatch, match_cameras};
-pub use desk_picture::{DeskPicture, ShorterExposure};
-pub use find::FoundLight;
-pub use meter::{MirrorBall, Paper};
-pub use ray_cast::PhantomSolid;
-pub use real_light::{RealLight, RealLightAppeared, RealLightVanished};
 pub use recover::RecoveredLight;
-pub use self_check::SelfCheck;
-pub use solve::{SolverCache, solve_light};
-pub use solved_light::{SolvedLight, SolvedRegion};
+pub use solver::camera_match::{CameraMatch, match_cameras};
+pub use solver::self_check::SelfCheck;
+pub use track_lights::{RealLight, RealLightAppeared, RealLightVanished};
 
 pub(crate) use clip_gains::ClipGains;
 
@@ -129,17 +106,60 @@ impl Plugin for LightingPlugin {
             .add_message::<RealLightAppeared>()
             .add_message::<RealLightVanished>()
             .init_resource::<recover::DeskSolids>()
-            .init_resource::<real_light::NextLightId>()
+            .init_resource::<track_lights::NextLightId>()
             .add_systems(
                 PostUpdate,
                 (
                     recover::collect_phantoms,
-                    series::place_exposures,
+                    bracketing::place_exposures,
                     recover::recover_lights,
-                    real_light::follow_lights,
+                    track_lights::follow_lights,
                 )
                     .chain()
                     .in_set(MirrorballSystems::Light),
             );
     }
+}
+
+/// Moved to [`solver::DeskPicture`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::DeskPicture`")]
+#[doc(hidden)]
+pub type DeskPicture = solver::DeskPicture;
+/// Moved to [`solver::FoundLight`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::FoundLight`")]
+#[doc(hidden)]
+pub type FoundLight = solver::FoundLight;
+/// Moved to [`solver::MirrorBall`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::MirrorBall`")]
+#[doc(hidden)]
+pub type MirrorBall = solver::MirrorBall;
+/// Moved to [`solver::Paper`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::Paper`")]
+#[doc(hidden)]
+pub type Paper = solver::Paper;
+/// Moved to [`solver::PhantomSolid`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::PhantomSolid`")]
+#[doc(hidden)]
+pub type PhantomSolid = solver::PhantomSolid;
+/// Moved to [`solver::ShorterExposure`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::ShorterExposure`")]
+#[doc(hidden)]
+pub type ShorterExposure = solver::ShorterExposure;
+/// Moved to [`solver::SolvedLight`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::SolvedLight`")]
+#[doc(hidden)]
+pub type SolvedLight = solver::SolvedLight;
+/// Moved to [`solver::SolvedRegion`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::SolvedRegion`")]
+#[doc(hidden)]
+pub type SolvedRegion = solver::SolvedRegion;
+/// Moved to [`solver::SolverCache`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::SolverCache`")]
+#[doc(hidden)]
+pub type SolverCache = solver::SolverCache;
+/// Moved to [`solver::solve_light`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::solve_light`")]
+#[doc(hidden)]
+pub fn solve_light(picture: &solver::DeskPicture, cache: &mut solver::SolverCache) -> Option<solver::SolvedLight> {
+    solver::solve_light(picture, cache)
 }

@@ -1,9 +1,12 @@
 //! Runs the solver on new pictures, in the background.
 
-use super::ClipGains;
 use super::{
-    DeskPicture, FoundLight, MirrorBall, Paper, PhantomSolid, SelfCheck, SolvedLight, SolverCache, self_check,
-    series::SeenExposures, solve::unsolved_light, solve_light,
+    ClipGains, SelfCheck,
+    bracketing::SeenExposures,
+    solver::{
+        DeskPicture, FoundLight, MirrorBall, Paper, PhantomSolid, SolvedLight, SolverCache, self_check, solve_light,
+        unsolved_light,
+    },
 };
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
@@ -227,8 +230,7 @@ pub(super) fn recover_lights(
         let mut cache = solver.cache.take().unwrap_or_default();
         let solve = async move {
             let started = Instant::now();
-            let check =
-                shown.and_then(|(light, key)| self_check::check(&picture, &light.sky, &light.gains, key.as_ref()));
+            let check = shown.and_then(|(light, key)| self_check::check(&picture, &light, key.as_ref()));
             let solved = if is_wanted { solve_light(&picture, &mut cache).filter(is_trusted) } else { None };
             let is_solved = solved.is_some();
             let light = solved.or_else(|| unsolved_light(&picture, gain, up_world));

@@ -5,7 +5,7 @@
 use bevy::{math::Affine3A, prelude::*};
 use bevy_mirrorball::{
     camera::{FramePixels, Intrinsics},
-    lighting::{DeskPicture, MirrorBall, Paper, PhantomSolid, ShorterExposure},
+    lighting::solver::{DeskPicture, MirrorBall, Paper, PhantomSolid, ShorterExposure},
     probe::BallSurface,
 };
 use std::{f32::consts::PI, sync::Arc};

@@ -8,7 +8,7 @@ use bevy::{
 };
 use bevy_mirrorball::{
     camera::{FramePixels, Intrinsics},
-    lighting::{DeskPicture, MirrorBall, Paper, PhantomSolid},
+    lighting::solver::{DeskPicture, MirrorBall, Paper, PhantomSolid},
     probe::BallSurface,
 };
 use serde_json::Value;

@@ -1,7 +1,6 @@
 //! The ball's picture as a cube of small cells, with what of each cell the camera clipped.
 
-use super::ClipGains;
-use super::meter::MirrorBall;
+use super::desk_picture::MirrorBall;
 use crate::{
     camera::PosedFrame,
     environment_map::cube_directions,
@@ -10,7 +9,7 @@ use crate::{
 use bevy::prelude::*;
 
 /// Cells along an edge of the cube that light is solved on: 2.8° each.
-pub(super) const SKY_EDGE: u32 = ClipGains::EDGE;
+pub(crate) const SKY_EDGE: u32 = 32;
 
 /// A cell of the sky as the ball shows it, radiance in linear camera units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -3,7 +3,8 @@
 use super::{
     desk_picture::DeskPicture,
     find::FoundLight,
-    sky::{SKY_EDGE, SkyCell, cell_index},
+    sky::{SKY_EDGE, cell_index},
+    solved_light::SolvedLight,
 };
 use crate::{
     camera::srgb_to_linear,
@@ -33,10 +34,9 @@ const STEPS: u32 = 48;
 const AROUND: f32 = 0.1;
 
 /// Compares a picture with what a sky and a light in it predict.
-pub(super) fn check(
+pub(in crate::lighting) fn check(
     picture: &DeskPicture,
-    sky: &[SkyCell],
-    gains: &[Vec3],
+    light: &SolvedLight,
     key: Option<&FoundLight>,
 ) -> Option<(f32, Option<f32>)> {
     let center = picture.camera_from_world.transform_point3(picture.ball.center);
@@ -62,7 +62,7 @@ pub(super) fn check(
         };
         let dir_world = world_from_camera.transform_vector3(dir_camera);
         let cell = cell_index(dir_world, SKY_EDGE);
-        let expected = picture.ball.reflectance * sky[cell].radiance(gains[cell]);
+        let expected = picture.ball.reflectance * light.sky[cell].radiance(light.gains[cell]);
         let real = frame.rgb8(pixel.x as i32, pixel.y as i32);
         for c in 0..3 {
             let difference = encode(expected[c]) - f32::from(real[c]) / 255.0;

@@ -1,6 +1,6 @@
 //! The sky's mirror image in a ball, as light on what stands beside it.
 
-use super::{meter::MirrorBall, sky::SkyCell};
+use super::{desk_picture::MirrorBall, sky::SkyCell};
 use crate::probe::BallView;
 use bevy::prelude::*;
 use std::f32::consts::PI;

@@ -4,11 +4,11 @@
 //! picture itself: the middle of the pixels in each ball that are brighter than white paper could be.
 
 use super::{
-    MirrorBall,
-    desk_picture::DeskPicture,
+    desk_picture::{DeskPicture, MirrorBall},
     find::FoundLight,
     regions::{Region, connected},
     sky::{BallInFrame, SKY_EDGE},
+    solved_light::SolvedLight,
 };
 use crate::probe::{BallView, EDGE_MARGIN_PIXELS};
 use bevy::prelude::*;
@@ -37,8 +37,17 @@ struct Image {
     sigma: f32,
 }
 
+impl DeskPicture {
+    /// The lights of a solution for this picture, strongest first: [`SolvedLight::lights`] with the places that a second ball tells of.
+    pub fn lights(&self, solved: &SolvedLight) -> Vec<FoundLight> {
+        let mut lights = solved.lights();
+        triangulate(self, &mut lights);
+        lights
+    }
+}
+
 /// Places lights that two balls show from different directions.
-pub(super) fn triangulate(picture: &DeskPicture, lights: &mut [FoundLight]) {
+fn triangulate(picture: &DeskPicture, lights: &mut [FoundLight]) {
     let mut placed = vec![None; lights.len()];
     for other in &picture.other_balls {
         let candidates = bright_directions(picture, other);

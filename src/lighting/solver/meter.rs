@@ -1,39 +1,13 @@
 //! Points of the desk that tell how bright the light is: which part of the sky each of them sees.
 
 use super::{
+    desk_picture::{MirrorBall, Paper},
     mirrored_sky::MirroredSky,
     ray_cast::{PhantomSolid, SURFACE_OFFSET, sphere_is_hit},
     sky::SkyCell,
 };
-use crate::{
-    camera::{FramePixels, Intrinsics},
-    probe::BallSurface,
-};
+use crate::camera::{FramePixels, Intrinsics};
 use bevy::{math::Affine3A, prelude::*};
-
-/// A marker's printed sheet.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Paper {
-    /// Marker frame → world.
-    pub world_from_marker: Affine3A,
-    /// Side of the black square in metres.
-    pub size: f32,
-    /// Share of light the white margin reflects, 0…1.
-    pub reflectance: f32,
-}
-
-/// A mirrored ball on the desk, in world space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MirrorBall {
-    /// Center, metres.
-    pub center: Vec3,
-    /// Radius in metres.
-    pub radius: f32,
-    /// Share of light it mirrors, 0…1; perpendicular to its surface if that depends on the angle.
-    pub reflectance: f32,
-    /// Whether it does.
-    pub surface: BallSurface,
-}
 
 /// What a point belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,13 +1,10 @@
 //! What goes into the solver: a picture, and what is known to stand in it.
 
-use super::{
-    find::FoundLight,
-    meter::{MirrorBall, Paper},
-    ray_cast::PhantomSolid,
-    solved_light::SolvedLight,
-    triangulate::triangulate,
+use super::ray_cast::PhantomSolid;
+use crate::{
+    camera::{FramePixels, Intrinsics, PosedFrame},
+    probe::BallSurface,
 };
-use crate::camera::{FramePixels, Intrinsics, PosedFrame};
 use bevy::{math::Affine3A, prelude::*};
 use std::sync::Arc;
 
@@ -39,7 +36,7 @@ pub struct DeskPicture {
 ///
 /// ```
 /// # use bevy::prelude::*;
-/// # use bevy_mirrorball::{camera::FramePixels, lighting::{DeskPicture, ShorterExposure}};
+/// # use bevy_mirrorball::{camera::FramePixels, lighting::solver::{DeskPicture, ShorterExposure}};
 /// # fn with_series(picture: DeskPicture, eighth: FramePixels, sixtieth: FramePixels) -> DeskPicture {
 /// // 1/30 s was the picture's own exposure
 /// let shorter = vec![ShorterExposure::new(eighth, 1.0 / 8.0), ShorterExposure::new(sixtieth, 1.0 / 60.0)];
@@ -64,14 +61,31 @@ impl ShorterExposure {
     }
 }
 
-impl DeskPicture {
-    /// The lights of a solution for this picture, strongest first: [`SolvedLight::lights`] with the places that a second ball tells of.
-    pub fn lights(&self, solved: &SolvedLight) -> Vec<FoundLight> {
-        let mut lights = solved.lights();
-        triangulate(self, &mut lights);
-        lights
-    }
+/// A marker's printed sheet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paper {
+    /// Marker frame → world.
+    pub world_from_marker: Affine3A,
+    /// Side of the black square in metres.
+    pub size: f32,
+    /// Share of light the white margin reflects, 0…1.
+    pub reflectance: f32,
+}
 
+/// A mirrored ball on the desk, in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MirrorBall {
+    /// Center, metres.
+    pub center: Vec3,
+    /// Radius in metres.
+    pub radius: f32,
+    /// Share of light it mirrors, 0…1; perpendicular to its surface if that depends on the angle.
+    pub reflectance: f32,
+    /// Whether it does.
+    pub surface: BallSurface,
+}
+
+impl DeskPicture {
     /// All balls, the one that shows the sky first.
     pub(super) fn balls(&self) -> Vec<MirrorBall> {
         std::iter::once(self.ball).chain(self.other_balls.iter().copied()).collect()

@@ -5,8 +5,7 @@
 //! is kept where the whole desk is explained clearly better.
 
 use super::{
-    MirrorBall,
-    desk_picture::DeskPicture,
+    desk_picture::{DeskPicture, MirrorBall},
     equations::{GRAY, Problem, with_gray},
     gains::GraySolution,
     meter::{Desk, NearLight, Surface},

@@ -40,7 +40,7 @@ const CORE_FROM: f32 = 0.25;
 /// Lights closer than this are one, radians.
 const MERGE_WITHIN: f32 = 0.12;
 /// Fainter lights are not counted, share of all light.
-pub(super) const LEAST_SHARE: f32 = 0.01;
+pub(in crate::lighting) const LEAST_SHARE: f32 = 0.01;
 /// Most lights that are reported.
 const MOST_LIGHTS: usize = 12;
 /// The smallest angular radius that cells of a few degrees can tell, radians.
@@ -187,7 +187,7 @@ fn merge(parts: &mut Vec<Region>, sky: &[SkyCell], weight: &impl Fn(usize) -> f3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{environment_map::cube_directions, lighting::sky::SKY_EDGE};
+    use crate::{environment_map::cube_directions, lighting::solver::sky::SKY_EDGE};
 
     fn sky(radiance: impl Fn(Vec3) -> Vec3) -> Vec<SkyCell> {
         cube_directions(SKY_EDGE)

@@ -3,8 +3,7 @@
 
 use super::{
     camera_match::compare_papers,
-    desk_picture::DeskPicture,
-    meter::MirrorBall,
+    desk_picture::{DeskPicture, MirrorBall},
     ray_cast::sphere_is_hit,
     regions::{Region, neighbors_of},
     sky::{BallInFrame, SKY_EDGE, SkyCell},

@@ -1,8 +1,8 @@
 //! Two cameras, one paper: how their exposures and white balances differ.
 
 use super::{
-    desk_picture::DeskPicture,
-    meter::{Paper, brightness, paper_points},
+    desk_picture::{DeskPicture, Paper},
+    meter::{brightness, paper_points},
 };
 use crate::camera::PosedFrame;
 use bevy::prelude::*;

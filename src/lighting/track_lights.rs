@@ -1,8 +1,8 @@
 //! Lights as entities that live as long as the real ones.
 
 use super::{
-    find::{FoundLight, LEAST_SHARE},
     recover::RecoveredLight,
+    solver::{FoundLight, LEAST_SHARE},
 };
 use bevy::prelude::*;
 

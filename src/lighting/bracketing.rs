@@ -1,6 +1,6 @@
 //! Shorter exposures that the camera took between the pictures that are shown → what the solver is told of them.
 
-use super::desk_picture::ShorterExposure;
+use super::solver::ShorterExposure;
 use crate::{
     camera::{ArCamera, CameraFrame, ShorterFrame, ShorterFrames},
     probe::{LightProbeSphere, ProbeMeasurement},

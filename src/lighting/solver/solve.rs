@@ -1,10 +1,10 @@
 //! Camera picture + what stands on the desk → how bright the clipped lights are: the recipe.
 
 use super::{
-    desk_picture::DeskPicture,
+    desk_picture::{DeskPicture, MirrorBall, Paper},
     equations::{GRAY, Problem},
     gains::GraySolution,
-    meter::{Desk, Meter, MirrorBall, Paper, Surface},
+    meter::{Desk, Meter, Surface},
     near_light::KnownPlaces,
     ray_cast::PhantomSolid,
     regions::clipped_regions,
@@ -40,7 +40,7 @@ pub fn solve_light(picture: &DeskPicture, cache: &mut SolverCache) -> Option<Sol
 }
 
 /// The sky of a picture in which nothing tells how bright clipped light is: it counts as white, times a gain by the cosine to `up_world`.
-pub(super) fn unsolved_light(picture: &DeskPicture, gain: Vec3, up_world: Vec3) -> Option<SolvedLight> {
+pub(in crate::lighting) fn unsolved_light(picture: &DeskPicture, gain: Vec3, up_world: Vec3) -> Option<SolvedLight> {
     let view = BallView::new(picture.camera_from_world.transform_point3(picture.ball.center), picture.ball.radius)?;
     let sky = BallInFrame::new(picture.posed_frame(), &picture.ball, &view).sky(SKY_EDGE);
     let gains = sky.iter().map(|cell| 1.0 + (gain - 1.0) * cell.dir_world.dot(up_world).max(0.0)).collect();
