@@ -11,7 +11,7 @@ use bevy_mirrorball::{
     environment_map::{EquirectPixels, equirect_direction},
     lighting::{
         LightingPlugin, RealLight, RealLightAppeared, RealLightVanished, RecoveredLight, SelfCheck, match_cameras,
-        solver::{DeskPicture, FoundLight, MirrorBall, SolverCache, solve_light},
+        solver::{DeskFrame, DetectedLight, MirrorBall, SolverCache, solve_light},
     },
     phantom::PhantomPlugin,
     prelude::*,
@@ -69,7 +69,7 @@ fn the_key_light_of_the_studio_is_where_it_is() {
     let truth = Vec3::new(elevation.cos() * azimuth.sin(), elevation.sin(), -elevation.cos() * azimuth.cos());
     let degrees = key.direction.angle_between(truth).to_degrees();
     println!("key light {degrees:.2}° off, {key:?}");
-    assert!(degrees <= KEY_LIGHT_DEGREES && key.share > 0.5);
+    assert!(degrees <= KEY_LIGHT_DEGREES && key.fraction > 0.5);
 }
 
 /// Seeds of camera noise, and its standard deviation in steps of 8-bit sRGB.
@@ -101,7 +101,7 @@ fn energies_hardly_vary_with_the_noise_of_the_camera() {
         let mut cache = SolverCache::default();
         let keys: Vec<_> = (0..NOISE.0)
             .map(|seed| {
-                let picture = DeskPicture { frame: Arc::new(noisy(&picture.frame, seed)), ..picture.clone() };
+                let picture = DeskFrame { frame: Arc::new(noisy(&picture.frame, seed)), ..picture.clone() };
                 solve_light(&picture, &mut cache).expect("in view").lights()[0].irradiance.element_sum()
             })
             .collect();
@@ -165,10 +165,10 @@ fn the_strongest_lights_of_measured_maps_are_found_where_the_maps_have_them() {
         let mut cache = SolverCache::default();
         let (mut worst, mut energies) = (0.0_f32, Vec::new());
         for seed in 0..MAP_SEEDS {
-            let picture = DeskPicture { frame: Arc::new(noisy(&picture.frame, seed)), ..picture.clone() };
+            let picture = DeskFrame { frame: Arc::new(noisy(&picture.frame, seed)), ..picture.clone() };
             let solved = solve_light(&picture, &mut cache).expect("balls and paper are in view");
             let lights = solved.lights();
-            let degrees = |light: &FoundLight| light.direction.angle_between(truth).to_degrees();
+            let degrees = |light: &DetectedLight| light.direction.angle_between(truth).to_degrees();
             worst = worst.max(lights.iter().map(degrees).fold(f32::MAX, f32::min));
             energies.push(solved.irradiance(truth).element_sum());
         }
@@ -220,11 +220,11 @@ fn two_cameras_are_matched_by_the_paper_both_see() {
         Color::linear_rgb(clipped.x, clipped.y, clipped.z).to_srgba().to_u8_array()
     });
     let frame = Arc::new(FramePixels::new(second.frame.size, bytes.collect()).expect("the same size"));
-    let matched = match_cameras(&first, &DeskPicture { frame, ..second.clone() }).expect("both see the paper");
+    let matched = match_cameras(&first, &DeskFrame { frame, ..second.clone() }).expect("both see the paper");
     println!("{matched:?}");
     assert!((matched.gain * other - 1.0).abs().max_element() <= MATCH_TOLERANCE && matched.scatter < MATCH_TOLERANCE);
     let dark = Arc::new(FramePixels::new(first.frame.size, vec![255; first.frame.rgba.len()]).expect("the same size"));
-    assert_eq!(match_cameras(&first, &DeskPicture { frame: dark, ..second }), None, "clipped paper tells nothing");
+    assert_eq!(match_cameras(&first, &DeskFrame { frame: dark, ..second }), None, "clipped paper tells nothing");
 }
 
 /// Most that folded paper leaves of a lamp's error.
@@ -241,7 +241,7 @@ fn folded_paper_tells_two_lamps_apart_that_flat_paper_cannot() {
         Tent { foot: Vec3::new(-0.15, 0.0, 0.02), ridge: Vec3::Z, size: Vec3::new(0.1, 0.06, 0.035), reflectance: 0.6 };
     let alone = desk.picture();
     desk.tents = vec![tent];
-    let with_tent = DeskPicture { phantoms: Arc::new(vec![tent.solid(true)]), ..desk.picture() };
+    let with_tent = DeskFrame { phantoms: Arc::new(vec![tent.solid(true)]), ..desk.picture() };
     let off = [alone, with_tent].map(|picture| {
         let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
         lamps.map(|(dir, radiance)| {
@@ -273,7 +273,7 @@ fn two_balls_tell_where_a_near_lamp_is_and_that_a_far_one_is_far() {
         let solved = solve_light(&picture, &mut SolverCache::default()).expect("balls and paper are in view");
         let lights = picture.lights(&solved);
         let nearest = |dir: Vec3| {
-            let angle = |light: &&FoundLight| light.direction.angle_between(dir);
+            let angle = |light: &&DetectedLight| light.direction.angle_between(dir);
             lights.iter().min_by(|a, b| angle(a).total_cmp(&angle(b))).expect("lights are found")
         };
         let to_near = near.position - picture.ball.center;

@@ -10,7 +10,7 @@ pub(crate) struct ClipGains(pub(crate) Arc<Vec<Vec4>>);
 impl ClipGains {
     /// Cells along an edge of the cube of gains, as in the shader; in the order of
     /// [`cube_directions`](crate::environment_map::cube_directions).
-    pub(crate) const EDGE: u32 = super::solver::SKY_EDGE;
+    pub(crate) const EDGE: u32 = super::solver::CELLS_PER_EDGE;
     /// Number of gains.
     pub(crate) const COUNT: usize = 6 * (Self::EDGE * Self::EDGE) as usize;
 }

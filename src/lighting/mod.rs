@@ -80,6 +80,7 @@
 
 mod bracketing;
 mod clip_gains;
+mod desk_solids;
 mod recover;
 pub mod solver;
 mod track_lights;
@@ -105,15 +106,15 @@ impl Plugin for LightingPlugin {
             .register_type::<SelfCheck>()
             .add_message::<RealLightAppeared>()
             .add_message::<RealLightVanished>()
-            .init_resource::<recover::DeskSolids>()
+            .init_resource::<desk_solids::DeskSolids>()
             .init_resource::<track_lights::NextLightId>()
             .add_systems(
                 PostUpdate,
                 (
-                    recover::collect_phantoms,
-                    bracketing::place_exposures,
+                    desk_solids::collect_phantoms,
+                    bracketing::estimate_bracketed_poses,
                     recover::recover_lights,
-                    track_lights::follow_lights,
+                    track_lights::track_lights,
                 )
                     .chain()
                     .in_set(MirrorballSystems::Light),
@@ -121,14 +122,14 @@ impl Plugin for LightingPlugin {
     }
 }
 
-/// Moved to [`solver::DeskPicture`].
-#[deprecated(since = "0.1.0", note = "use `lighting::solver::DeskPicture`")]
+/// Old name of [`solver::DeskFrame`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::DeskFrame`")]
 #[doc(hidden)]
-pub type DeskPicture = solver::DeskPicture;
-/// Moved to [`solver::FoundLight`].
-#[deprecated(since = "0.1.0", note = "use `lighting::solver::FoundLight`")]
+pub type DeskPicture = solver::DeskFrame;
+/// Old name of [`solver::DetectedLight`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::DetectedLight`")]
 #[doc(hidden)]
-pub type FoundLight = solver::FoundLight;
+pub type FoundLight = solver::DetectedLight;
 /// Moved to [`solver::MirrorBall`].
 #[deprecated(since = "0.1.0", note = "use `lighting::solver::MirrorBall`")]
 #[doc(hidden)]
@@ -141,10 +142,10 @@ pub type Paper = solver::Paper;
 #[deprecated(since = "0.1.0", note = "use `lighting::solver::PhantomSolid`")]
 #[doc(hidden)]
 pub type PhantomSolid = solver::PhantomSolid;
-/// Moved to [`solver::ShorterExposure`].
-#[deprecated(since = "0.1.0", note = "use `lighting::solver::ShorterExposure`")]
+/// Old name of [`solver::BracketedExposure`].
+#[deprecated(since = "0.1.0", note = "use `lighting::solver::BracketedExposure`")]
 #[doc(hidden)]
-pub type ShorterExposure = solver::ShorterExposure;
+pub type ShorterExposure = solver::BracketedExposure;
 /// Moved to [`solver::SolvedLight`].
 #[deprecated(since = "0.1.0", note = "use `lighting::solver::SolvedLight`")]
 #[doc(hidden)]
@@ -160,6 +161,6 @@ pub type SolverCache = solver::SolverCache;
 /// Moved to [`solver::solve_light`].
 #[deprecated(since = "0.1.0", note = "use `lighting::solver::solve_light`")]
 #[doc(hidden)]
-pub fn solve_light(picture: &solver::DeskPicture, cache: &mut solver::SolverCache) -> Option<solver::SolvedLight> {
-    solver::solve_light(picture, cache)
+pub fn solve_light(desk: &solver::DeskFrame, cache: &mut solver::SolverCache) -> Option<solver::SolvedLight> {
+    solver::solve_light(desk, cache)
 }

@@ -1,15 +1,15 @@
-//! Lights as entities that live as long as the real ones.
+//! Lights as entities that live as long as the real lights.
 
 use super::{
     recover::RecoveredLight,
-    solver::{FoundLight, LEAST_SHARE},
+    solver::{DetectedLight, MIN_LIGHT_FRACTION},
 };
 use bevy::prelude::*;
 
-/// A lamp, a window or the sun, found in the environment and followed from picture to picture.
+/// A lamp, window or sun that is detected in the environment and tracked from frame to frame.
 ///
-/// The entity appears and vanishes with the light, and keeps its [`id`](Self::id) while the light moves or flickers. Nothing is lit by it:
-/// the environment map holds its light already.
+/// The entity is spawned and despawned with the light and keeps its [`id`](Self::id) while the light moves or flickers. It
+/// lights nothing: the environment map already contains its light.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -23,148 +23,157 @@ use bevy::prelude::*;
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
 pub struct RealLight {
-    /// Number of the light, never given twice in a run.
+    /// Number of the light; never reused in a run.
     pub id: u32,
-    /// Towards the light as seen from the ball's center, unit vector in world space.
+    /// Direction to the light from the center of the ball, unit vector in world space.
     pub direction: Vec3,
-    /// Where it is, world space, metres, if shadows and fall-off on the desk or a second ball tell; `None` while that is unknown,
-    /// and for lights far away.
+    /// Position in world space, meters, if shadows and fall-off on the desk or a second ball reveal it. `None` while it is
+    /// unknown, and for distant lights.
     pub position: Option<Vec3>,
     /// Linear color; the largest channel is 1.
     pub color: LinearRgba,
-    /// Irradiance at a surface that faces the light, in its brightest channel, linear camera units: white paper there shows
-    /// with `0.8 · irradiance / π`.
+    /// Irradiance at a surface that faces the light, in its brightest channel, linear camera units: white paper there has the
+    /// pixel value `0.8 · irradiance / π`.
     pub irradiance: f32,
-    /// Half the angle it takes up in the sky, in radians.
+    /// Half of the angle that the light subtends, radians.
     pub angular_radius: f32,
-    /// Its part of all the light that arrives at the ball, 0…1.
-    pub share: f32,
+    /// Fraction of all light that arrives at the ball, 0…1.
+    pub fraction: f32,
 }
 
 impl RealLight {
-    fn new(id: u32, found: &FoundLight) -> Self {
-        let irradiance = found.irradiance.max_element().max(f32::MIN_POSITIVE);
-        let color = found.irradiance / irradiance;
+    fn new(id: u32, detected: &DetectedLight) -> Self {
+        let irradiance = detected.irradiance.max_element().max(f32::MIN_POSITIVE);
+        let color = detected.irradiance / irradiance;
         Self {
             id,
-            direction: found.direction,
-            position: found.position,
+            direction: detected.direction,
+            position: detected.position,
             color: LinearRgba::rgb(color.x, color.y, color.z),
             irradiance,
-            angular_radius: found.angular_radius,
-            share: found.share,
+            angular_radius: detected.angular_radius,
+            fraction: detected.fraction,
         }
     }
 }
 
-/// A real light has been found; written once for each.
+/// Message that a real light has been detected; written once per light.
 #[derive(Message, Clone, Copy, Debug, PartialEq)]
 pub struct RealLightAppeared {
-    /// Its entity, with a [`RealLight`].
+    /// Entity of the light, with a [`RealLight`].
     pub entity: Entity,
-    /// Its number.
+    /// Number of the light.
     pub id: u32,
 }
 
-/// A real light has gone out or out of sight; its entity is despawned.
+/// Message that a real light has gone out or out of sight; its entity is despawned.
 #[derive(Message, Clone, Copy, Debug, PartialEq)]
 pub struct RealLightVanished {
-    /// Its entity, as it was.
+    /// Former entity of the light.
     pub entity: Entity,
-    /// Its number.
+    /// Number of the light.
     pub id: u32,
 }
 
-/// A light has to be this large a part of all light to appear; it stays while it is at least [`LEAST_SHARE`].
-const APPEARS_FROM: f32 = 3.0 * LEAST_SHARE;
-/// Pictures in a row without a light before it vanishes.
-const PATIENCE: u32 = 5;
-/// A light moves by at most this angle from picture to picture, radians.
-const FARTHEST_STEP: f32 = 0.35;
-/// A change of irradiance by this factor (logarithm) counts as much as the farthest step.
-const BRIGHTNESS_STEP: f32 = 2.0;
+/// Smallest fraction of all light at which a light appears. It then stays as long as it has [`MIN_LIGHT_FRACTION`].
+const MIN_APPEARING_FRACTION: f32 = 3.0 * MIN_LIGHT_FRACTION;
+/// Most consecutive frames without a light before it vanishes.
+const MAX_MISSED_FRAMES: u32 = 5;
+/// Largest angle by which a light moves from frame to frame, radians.
+const MAX_STEP: f32 = 0.35;
+/// Change of irradiance (natural logarithm of the ratio) that costs as much as the largest step.
+const LOG_BRIGHTNESS_STEP: f32 = 2.0;
 
-/// How long a light has not been seen, and where it was going.
+/// Motion of a light, and the frames since it was last detected.
 #[derive(Component, Clone, Copy, Default)]
-pub(super) struct Sighting {
-    missed: u32,
-    /// Change of direction from picture to picture.
+pub(super) struct LightTrack {
+    missed_frames: u32,
+    /// Change of direction per frame.
     step: Vec3,
+    /// Sequence number of the newest frame with the light.
     sequence: u64,
 }
 
 #[derive(Resource, Default)]
 pub(super) struct NextLightId(u32);
 
-pub(super) fn follow_lights(
+/// Matches detected lights with known ones; spawns and despawns the others.
+pub(super) fn track_lights(
     mut commands: Commands,
     recovered: Query<Ref<RecoveredLight>>,
-    mut lights: Query<(Entity, &mut RealLight, &mut Sighting)>,
+    mut lights: Query<(Entity, &mut RealLight, &mut LightTrack)>,
     mut next_id: ResMut<NextLightId>,
     mut appeared: MessageWriter<RealLightAppeared>,
     mut vanished: MessageWriter<RealLightVanished>,
 ) {
-    let Some(news) = recovered.iter().next() else {
+    let Some(recovered) = recovered.iter().next() else {
         for (entity, light, _) in &lights {
             vanished.write(RealLightVanished { entity, id: light.id });
             commands.entity(entity).despawn();
         }
         return;
     };
-    if !news.is_changed() {
+    if !recovered.is_changed() {
         return;
     }
-    let mut found = news.lights.clone();
-    // The best pairs first.
-    let mut pairs: Vec<(f32, Entity, usize)> = lights
-        .iter()
-        .flat_map(|(entity, light, sighting)| {
-            let expected = (light.direction + sighting.step).normalize_or(light.direction);
-            found.iter().enumerate().filter_map(move |(i, new)| {
-                let angle = expected.angle_between(new.direction).min(light.direction.angle_between(new.direction));
-                let brightness = (new.irradiance.max_element() / light.irradiance).ln().abs();
-                let cost = angle / FARTHEST_STEP + brightness / BRIGHTNESS_STEP;
-                (angle < FARTHEST_STEP).then_some((cost, entity, i))
-            })
-        })
-        .collect();
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut taken = vec![false; found.len()];
+    let mut detected = recovered.lights.clone();
+    let pairs = pairs_by_cost(lights.iter(), &detected);
+    let mut taken = vec![false; detected.len()];
     let mut matched: Vec<Entity> = Vec::new();
     for (_, entity, i) in pairs {
         if taken[i] || matched.contains(&entity) {
             continue;
         }
-        let Ok((_, mut light, mut sighting)) = lights.get_mut(entity) else {
+        let Ok((_, mut light, mut track)) = lights.get_mut(entity) else {
             continue;
         };
         taken[i] = true;
         matched.push(entity);
-        let pictures = news.sequence.saturating_sub(sighting.sequence).clamp(1, 10) as f32;
-        let step = (found[i].direction - light.direction) / pictures;
-        // Steps are noisy: half of the new, half of the old.
-        *sighting = Sighting { missed: 0, step: 0.5 * (sighting.step + step), sequence: news.sequence };
-        light.set_if_neq(RealLight::new(light.id, &found[i]));
+        let frames = recovered.sequence.saturating_sub(track.sequence).clamp(1, 10) as f32;
+        let step = (detected[i].direction - light.direction) / frames;
+        // Steps are noisy: the mean of the old and the new one smooths them.
+        *track = LightTrack { missed_frames: 0, step: 0.5 * (track.step + step), sequence: recovered.sequence };
+        light.set_if_neq(RealLight::new(light.id, &detected[i]));
     }
-    for (entity, light, mut sighting) in &mut lights {
+    for (entity, light, mut track) in &mut lights {
         if matched.contains(&entity) {
             continue;
         }
-        sighting.missed += 1;
-        sighting.step = Vec3::ZERO;
-        if sighting.missed > PATIENCE {
+        track.missed_frames += 1;
+        track.step = Vec3::ZERO;
+        if track.missed_frames > MAX_MISSED_FRAMES {
             vanished.write(RealLightVanished { entity, id: light.id });
             commands.entity(entity).despawn();
         }
     }
     let mut is_taken = taken.into_iter();
-    found.retain(|_| !is_taken.next().unwrap_or(false));
-    for new in found.iter().filter(|new| new.share >= APPEARS_FROM) {
+    detected.retain(|_| !is_taken.next().unwrap_or(false));
+    for new in detected.iter().filter(|new| new.fraction >= MIN_APPEARING_FRACTION) {
         next_id.0 += 1;
-        let sighting = Sighting { sequence: news.sequence, ..default() };
-        let entity = commands.spawn((RealLight::new(next_id.0, new), sighting, Name::new("real light"))).id();
+        let track = LightTrack { sequence: recovered.sequence, ..default() };
+        let entity = commands.spawn((RealLight::new(next_id.0, new), track, Name::new("real light"))).id();
         appeared.write(RealLightAppeared { entity, id: next_id.0 });
     }
+}
+
+/// Pairs of a known and a detected light that may be the same, with their cost; the best pairs first.
+fn pairs_by_cost<'a>(
+    lights: impl Iterator<Item = (Entity, &'a RealLight, &'a LightTrack)>,
+    detected: &[DetectedLight],
+) -> Vec<(f32, Entity, usize)> {
+    let mut pairs: Vec<(f32, Entity, usize)> = lights
+        .flat_map(|(entity, light, track)| {
+            let expected = (light.direction + track.step).normalize_or(light.direction);
+            detected.iter().enumerate().filter_map(move |(i, new)| {
+                let angle = expected.angle_between(new.direction).min(light.direction.angle_between(new.direction));
+                let brightness = (new.irradiance.max_element() / light.irradiance).ln().abs();
+                let cost = angle / MAX_STEP + brightness / LOG_BRIGHTNESS_STEP;
+                (angle < MAX_STEP).then_some((cost, entity, i))
+            })
+        })
+        .collect();
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    pairs
 }
 
 #[cfg(test)]
@@ -172,19 +181,19 @@ mod tests {
     use super::*;
     use std::{sync::Arc, time::Duration};
 
-    fn see(app: &mut App, sequence: u64, lights: Vec<FoundLight>) {
+    fn see(app: &mut App, sequence: u64, lights: Vec<DetectedLight>) {
         let world = app.world_mut();
         let probe = world.query_filtered::<Entity, With<RecoveredLight>>().iter(world).next();
-        let news =
+        let recovered =
             RecoveredLight { sequence, light: Arc::default(), lights, is_solved: true, cpu_time: Duration::ZERO };
         let probe = probe.unwrap_or_else(|| world.spawn_empty().id());
-        world.entity_mut(probe).insert(news);
+        world.entity_mut(probe).insert(recovered);
         app.update();
     }
 
-    fn lamp(azimuth: f32, share: f32) -> FoundLight {
+    fn lamp(azimuth: f32, fraction: f32) -> DetectedLight {
         let direction = Vec3::new(azimuth.sin(), 0.5, -azimuth.cos()).normalize();
-        FoundLight { direction, position: None, irradiance: Vec3::splat(share), angular_radius: 0.05, share }
+        DetectedLight { direction, position: None, irradiance: Vec3::splat(fraction), angular_radius: 0.05, fraction }
     }
 
     fn app() -> App {
@@ -192,7 +201,7 @@ mod tests {
         app.add_message::<RealLightAppeared>()
             .add_message::<RealLightVanished>()
             .init_resource::<NextLightId>()
-            .add_systems(Update, follow_lights);
+            .add_systems(Update, track_lights);
         app
     }
 
@@ -209,7 +218,7 @@ mod tests {
         for step in 0..40 {
             let across = 0.1 * step as f32;
             see(&mut app, 1 + step, vec![lamp(across, 0.5), lamp(4.0 - across + 0.03, 0.05)]);
-            assert_eq!(ids(&mut app), [1, 2], "picture {step}");
+            assert_eq!(ids(&mut app), [1, 2], "frame {step}");
         }
         let world = app.world_mut();
         let strong = world.query::<&RealLight>().iter(world).find(|light| light.id == 1).expect("still there");
@@ -224,7 +233,7 @@ mod tests {
         see(&mut app, 2, vec![lamp(0.0, 0.04)]);
         see(&mut app, 3, vec![lamp(0.0, 0.02)]);
         assert_eq!(ids(&mut app), [1]);
-        for sequence in 4..4 + u64::from(PATIENCE) {
+        for sequence in 4..4 + u64::from(MAX_MISSED_FRAMES) {
             see(&mut app, sequence, vec![]);
             assert_eq!(ids(&mut app), [1]);
         }

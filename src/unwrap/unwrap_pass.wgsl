@@ -158,7 +158,7 @@ fn mean_of_frame(pixel: vec2f, texel: mat2x2f, gain: vec3f, sharpness: f32) -> v
     return sum / (count.x * count.y);
 }
 
-/// Place of a world direction among the gains. Twin of `cell_index` in `sky.rs`.
+/// Place of a world direction among the gains. Twin of `cell_index` in `radiance_cells.rs`.
 fn sky_cell(dir: vec3f) -> u32 {
     let size = abs(dir);
     var along = dir.zxy;

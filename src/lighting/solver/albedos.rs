@@ -2,19 +2,19 @@
 
 use super::{
     equations::{GRAY, Problem},
-    meter::Surface,
+    sample_points::Surface,
 };
 
 impl Problem<'_> {
     /// Inverse albedo of each class in a channel: the median.
     pub(super) fn albedos(&self, channel: usize, x: &[f64]) -> Vec<f64> {
-        let classes = self.equations.iter().filter_map(|e| e.class).max().map_or(0, |most| most + 1);
+        let classes = self.equations.iter().filter_map(|e| e.albedo_class).max().map_or(0, |max| max + 1);
         (0..classes)
-            .map(|class| {
+            .map(|albedo_class| {
                 let mut ratios: Vec<f64> = self
                     .equations
                     .iter()
-                    .filter(|e| e.class == Some(class))
+                    .filter(|e| e.albedo_class == Some(albedo_class))
                     .map(|e| self.irradiance(e, channel, x) / e.exitance[channel].max(1e-9))
                     .filter(|ratio| ratio.is_finite())
                     .collect();
@@ -49,16 +49,16 @@ impl Problem<'_> {
                     e.point.surface == Surface::Phantom(phantom) && e.point.reflectance.is_none() && logs[i].is_finite()
                 })
                 .collect();
-            if members.len() < LEAST_POINTS {
+            if members.len() < MIN_POINTS {
                 for i in members {
-                    self.equations[i].class = None;
+                    self.equations[i].albedo_class = None;
                 }
                 continue;
             }
-            let threshold = two_albedos(&members.iter().map(|&i| logs[i]).collect::<Vec<_>>());
+            let threshold = albedo_threshold(&members.iter().map(|&i| logs[i]).collect::<Vec<_>>());
             for i in members {
-                let class = threshold.map_or(0, |limit| usize::from(logs[i] > limit));
-                self.equations[i].class = Some(classes + class);
+                let albedo_class = threshold.map_or(0, |limit| usize::from(logs[i] > limit));
+                self.equations[i].albedo_class = Some(classes + albedo_class);
             }
             classes += if threshold.is_some() { 2 } else { 1 };
         }
@@ -67,12 +67,12 @@ impl Problem<'_> {
 }
 
 /// Phantoms with fewer points in view tell nothing.
-const LEAST_POINTS: usize = 8;
+const MIN_POINTS: usize = 8;
 /// Two albedos differ by at least this much (logarithm), and by this many times the scatter of each.
-const LEAST_CONTRAST: (f64, f64) = (0.08, 3.2);
+const MIN_CONTRAST: (f64, f64) = (0.08, 3.2);
 
 /// Where logarithms of albedos fall into two groups: the border between them.
-fn two_albedos(logs: &[f64]) -> Option<f64> {
+fn albedo_threshold(logs: &[f64]) -> Option<f64> {
     let mut sorted = logs.to_vec();
     sorted.sort_by(f64::total_cmp);
     // Tails are shadows and shine, no albedos.
@@ -106,6 +106,5 @@ fn two_albedos(logs: &[f64]) -> Option<f64> {
     }
     let ((low, low_scatter), (high, high_scatter)) = (scatter(left), scatter(right));
     let gap = high - low;
-    (gap > LEAST_CONTRAST.0 && gap > LEAST_CONTRAST.1 * 0.5 * (low_scatter + high_scatter))
-        .then_some(0.5 * (low + high))
+    (gap > MIN_CONTRAST.0 && gap > MIN_CONTRAST.1 * 0.5 * (low_scatter + high_scatter)).then_some(0.5 * (low + high))
 }

@@ -1,8 +1,8 @@
 //! Two cameras, one paper: how their exposures and white balances differ.
 
 use super::{
-    desk_picture::{DeskPicture, Paper},
-    meter::{brightness, paper_points},
+    desk_frame::{DeskFrame, Paper},
+    sample_points::{paper_points, sample_radiance},
 };
 use crate::camera::PosedFrame;
 use bevy::prelude::*;
@@ -24,14 +24,14 @@ pub struct CameraMatch {
 }
 
 /// Fewer common points tell nothing.
-const LEAST_POINTS: usize = 8;
+const MIN_POINTS: usize = 8;
 
 /// Compares the paper of the same markers in pictures of two cameras, taken at about the same time.
 ///
 /// White paper is as bright from everywhere, so that the ratio of its brightness is that of the cameras' exposures and white
-/// balances. Papers are paired in the order of [`DeskPicture::papers`]. `None` if too little of them is seen by both, or what is
+/// balances. Papers are paired in the order of [`DeskFrame::papers`]. `None` if too little of them is seen by both, or what is
 /// seen is clipped.
-pub fn match_cameras(reference: &DeskPicture, second: &DeskPicture) -> Option<CameraMatch> {
+pub fn match_cameras(reference: &DeskFrame, second: &DeskFrame) -> Option<CameraMatch> {
     compare_papers((reference.posed_frame(), &reference.papers), (second.posed_frame(), &second.papers), 0.0)
 }
 
@@ -39,18 +39,19 @@ pub fn match_cameras(reference: &DeskPicture, second: &DeskPicture) -> Option<Ca
 pub(super) fn compare_papers(
     (reference, ours): (PosedFrame, &[Paper]),
     (second, theirs): (PosedFrame, &[Paper]),
-    darkest: f32,
+    min_radiance: f32,
 ) -> Option<CameraMatch> {
     let radiance = |posed: &PosedFrame, pos_world: Vec3| {
         let pixel = posed.project(pos_world)?;
-        brightness(posed.frame, pixel).filter(|radiance| radiance.is_finite() && radiance.min_element() > darkest)
+        sample_radiance(posed.frame, pixel)
+            .filter(|radiance| radiance.is_finite() && radiance.min_element() > min_radiance)
     };
     let ratios: Vec<Vec3> = paper_points(ours)
         .iter()
         .zip(&paper_points(theirs))
         .filter_map(|(a, b)| Some(radiance(&reference, a.pos_world)? / radiance(&second, b.pos_world)?))
         .collect();
-    if ratios.len() < LEAST_POINTS {
+    if ratios.len() < MIN_POINTS {
         return None;
     }
     let median = |mut values: Vec<f32>| {

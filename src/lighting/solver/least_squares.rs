@@ -9,7 +9,7 @@ pub(super) struct NormalEquations {
 }
 
 /// Sweeps over all unknowns; each costs n².
-const MOST_SWEEPS: usize = 500;
+const MAX_SWEEPS: usize = 500;
 /// Relative change of the largest unknown at which the sweeps end.
 const TOLERANCE: f64 = 1e-6;
 
@@ -37,7 +37,7 @@ impl NormalEquations {
     pub(super) fn solve(&self, start: &[f64], floor: &[f64]) -> Vec<f64> {
         let mut x: Vec<f64> = start.iter().zip(floor).map(|(x, floor)| x.max(*floor)).collect();
         let h = self.symmetric();
-        for _ in 0..MOST_SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             let (mut change, mut largest) = (0.0_f64, 1e-30_f64);
             for i in 0..self.n {
                 let row = &h[i * self.n..(i + 1) * self.n];

@@ -2,29 +2,30 @@
 
 mod albedos;
 pub(super) mod camera_match;
-mod darker_view;
-mod desk_picture;
+mod bracketed_views;
+mod desk_frame;
 mod equations;
-mod find;
-mod gains;
+mod detect_lights;
+mod robust_fit;
 mod least_squares;
-mod meter;
-mod mirrored_sky;
+mod light_transport;
+mod sample_points;
+mod ball_reflection;
 mod near_light;
 mod ray_cast;
 mod regions;
 pub(super) mod self_check;
-mod sky;
+mod radiance_cells;
 mod solve;
 mod solved_light;
 mod triangulate;
 
-pub use desk_picture::{DeskPicture, MirrorBall, Paper, ShorterExposure};
-pub use find::FoundLight;
+pub use desk_frame::{BracketedExposure, DeskFrame, MirrorBall, Paper};
+pub use detect_lights::DetectedLight;
 pub use ray_cast::PhantomSolid;
 pub use solve::{SolverCache, solve_light};
 pub use solved_light::{SolvedLight, SolvedRegion};
 
-pub(super) use find::LEAST_SHARE;
-pub(super) use sky::SKY_EDGE;
+pub(super) use detect_lights::MIN_LIGHT_FRACTION;
+pub(super) use radiance_cells::CELLS_PER_EDGE;
 pub(super) use solve::unsolved_light;

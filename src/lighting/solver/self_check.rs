@@ -1,9 +1,9 @@
 //! A virtual ball over the real one: how well the light that is shown explains the newest picture.
 
 use super::{
-    desk_picture::DeskPicture,
-    find::FoundLight,
-    sky::{SKY_EDGE, cell_index},
+    desk_frame::DeskFrame,
+    detect_lights::DetectedLight,
+    radiance_cells::{CELLS_PER_EDGE, cell_index},
     solved_light::SolvedLight,
 };
 use crate::{
@@ -31,20 +31,20 @@ pub struct SelfCheck {
 /// Pixels that are compared along each side of the ball.
 const STEPS: u32 = 48;
 /// Clipped pixels that show directions this close to a light belong to it, radians beyond its angular radius.
-const AROUND: f32 = 0.1;
+const KEY_LIGHT_MARGIN: f32 = 0.1;
 
 /// Compares a picture with what a sky and a light in it predict.
-pub(in crate::lighting) fn check(
-    picture: &DeskPicture,
+pub(in crate::lighting) fn compare_ball(
+    desk: &DeskFrame,
     light: &SolvedLight,
-    key: Option<&FoundLight>,
+    key: Option<&DetectedLight>,
 ) -> Option<(f32, Option<f32>)> {
-    let center = picture.camera_from_world.transform_point3(picture.ball.center);
-    let ball = BallView::new(center, picture.ball.radius)?;
-    let outline = ball.outline(&picture.intrinsics);
+    let center = desk.camera_from_world.transform_point3(desk.ball.center);
+    let ball = BallView::new(center, desk.ball.radius)?;
+    let outline = ball.outline(&desk.intrinsics);
     let keep = 1.0 - 2.0 * EDGE_MARGIN_PIXELS / outline.semi_axes.y.max(2.0 * EDGE_MARGIN_PIXELS);
-    let world_from_camera = picture.camera_from_world.inverse();
-    let frame = &picture.frame;
+    let world_from_camera = desk.camera_from_world.inverse();
+    let frame = &desk.frame;
     let (mut sum, mut count) = (0.0_f32, 0.0_f32);
     let mut towards_key = Vec3::ZERO;
     for i in 0..STEPS * STEPS {
@@ -57,12 +57,12 @@ pub(in crate::lighting) fn check(
         if pixel.cmplt(Vec2::ZERO).any() || pixel.cmpge(frame.size.as_vec2()).any() {
             continue;
         }
-        let Some(dir_camera) = ball.mirrored_direction(picture.intrinsics.ray(pixel)) else {
+        let Some(dir_camera) = ball.mirrored_direction(desk.intrinsics.ray(pixel)) else {
             continue;
         };
         let dir_world = world_from_camera.transform_vector3(dir_camera);
-        let cell = cell_index(dir_world, SKY_EDGE);
-        let expected = picture.ball.reflectance * light.sky[cell].radiance(light.gains[cell]);
+        let cell = cell_index(dir_world, CELLS_PER_EDGE);
+        let expected = desk.ball.reflectance * light.sky[cell].radiance(light.gains[cell]);
         let real = frame.rgb8(pixel.x as i32, pixel.y as i32);
         for c in 0..3 {
             let difference = encode(expected[c]) - f32::from(real[c]) / 255.0;
@@ -71,7 +71,7 @@ pub(in crate::lighting) fn check(
         }
         if let Some(key) = key
             && real.into_iter().map(srgb_to_linear).fold(0.0, f32::max) > 0.98
-            && dir_world.angle_between(key.direction) < key.angular_radius + AROUND
+            && dir_world.angle_between(key.direction) < key.angular_radius + KEY_LIGHT_MARGIN
         {
             // A pixel shows a larger part of the sky the nearer it is to the rim.
             towards_key += dir_world / (1.0 - across.length_squared()).max(0.05).sqrt();

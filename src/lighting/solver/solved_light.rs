@@ -1,9 +1,9 @@
 //! What comes out of the solver: the sky with its clipped parts recovered.
 
 use super::{
-    find::{FoundLight, find_lights},
+    detect_lights::{DetectedLight, detect_lights},
+    radiance_cells::RadianceCell,
     regions::{Region, neighbors_of},
-    sky::SkyCell,
 };
 use bevy::prelude::*;
 use std::f32::consts::PI;
@@ -37,16 +37,16 @@ pub struct SolvedLight {
     /// Root of the mean squared relative difference between the desk as the light explains it and as it is (robust).
     pub residual: f32,
     /// Clipped pieces whose light a darker ball or a shorter exposure shows.
-    pub dark_readings: usize,
+    pub bracketed_regions: usize,
     /// The paper as the light explains it ÷ as it is, per channel.
     pub paper_ratio: Vec3,
     /// Ratio of the largest to the smallest scale of the equations; large where regions cannot be told apart.
     pub condition: f32,
-    pub(super) sky: Vec<SkyCell>,
+    pub(super) sky: Vec<RadianceCell>,
 }
 
 /// A light and a region this close are the same, radians beyond the light's radius.
-const SAME_LIGHT: f32 = 0.07;
+const MAX_REGION_OFFSET: f32 = 0.07;
 
 impl SolvedLight {
     /// The sky in small pieces: direction (world space, unit), steradian, radiance in linear camera units with clipped light
@@ -64,12 +64,12 @@ impl SolvedLight {
     }
 
     /// Compact parts of the sky that are much brighter than the rest, strongest first, with the places that the desk tells of.
-    pub fn lights(&self) -> Vec<FoundLight> {
-        let mut lights = find_lights(&self.sky, &self.gains);
+    pub fn lights(&self) -> Vec<DetectedLight> {
+        let mut lights = detect_lights(&self.sky, &self.gains);
         for light in &mut lights {
             let angle = |region: &SolvedRegion| region.direction.angle_between(light.direction);
             let nearest = self.regions.iter().min_by(|a, b| angle(a).total_cmp(&angle(b)));
-            let is_part = |region: &&SolvedRegion| angle(region) < light.angular_radius + SAME_LIGHT;
+            let is_part = |region: &&SolvedRegion| angle(region) < light.angular_radius + MAX_REGION_OFFSET;
             light.position = nearest.filter(is_part).and_then(|region| region.position);
         }
         lights
@@ -77,11 +77,11 @@ impl SolvedLight {
 }
 
 /// Cells beside a region take its gain, since its edge runs through them: twice around.
-const SPREADING: usize = 2;
+const DILATION_ROUNDS: usize = 2;
 
 /// Gain of every cell of the sky from those of the regions.
-pub(super) fn spread_gains(
-    sky: &[SkyCell],
+pub(super) fn cell_gains(
+    sky: &[RadianceCell],
     regions: &[Region],
     profiles: &[Vec<f32>],
     gains: &[Vec3],
@@ -89,11 +89,11 @@ pub(super) fn spread_gains(
 ) -> Vec<Vec3> {
     let mut all = vec![None; sky.len()];
     for ((region, profile), gain) in regions.iter().zip(profiles).zip(gains) {
-        for (&i, share) in region.cells.iter().zip(profile) {
-            all[i] = Some(1.0 + *share * (*gain - 1.0));
+        for (&i, weight) in region.cells.iter().zip(profile) {
+            all[i] = Some(1.0 + *weight * (*gain - 1.0));
         }
     }
-    for _ in 0..SPREADING {
+    for _ in 0..DILATION_ROUNDS {
         let before = all.clone();
         for i in (0..sky.len()).filter(|&i| before[i].is_none() && sky[i].dir_world.dot(up_world) > 0.0) {
             let distance = |j: &usize| sky[*j].dir_world.distance_squared(sky[i].dir_world);

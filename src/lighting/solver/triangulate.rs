@@ -4,10 +4,10 @@
 //! picture itself: the middle of the pixels in each ball that are brighter than white paper could be.
 
 use super::{
-    desk_picture::{DeskPicture, MirrorBall},
-    find::FoundLight,
-    regions::{Region, connected},
-    sky::{BallInFrame, SKY_EDGE},
+    desk_frame::{DeskFrame, MirrorBall},
+    detect_lights::DetectedLight,
+    radiance_cells::{BallInFrame, CELLS_PER_EDGE},
+    regions::{Region, connected_groups},
     solved_light::SolvedLight,
 };
 use crate::probe::{BallView, EDGE_MARGIN_PIXELS};
@@ -18,17 +18,17 @@ const STEP: f32 = 0.006;
 /// How far about a light, radians beyond its radius.
 const MARGIN: f32 = 0.06;
 /// Lights as near as a third of a metre are mirrored by so different directions, radians.
-const LARGEST_PARALLAX: f32 = 0.5;
+const MAX_PARALLAX: f32 = 0.5;
 /// The middle of an image is known to this share of a pixel.
-const PIXEL_SHARE: f32 = 0.3;
+const CENTROID_SIGMA_PIXELS: f32 = 0.3;
 /// Directions have to differ by this many times their uncertainty for a place to be told.
-const SIGNIFICANT: f32 = 3.0;
+const MIN_PARALLAX_SIGMAS: f32 = 3.0;
 /// Rays of one light pass each other at this many times their uncertainty at most.
-const MOST_MISS: f32 = 4.0;
+const MAX_MISS_SIGMAS: f32 = 4.0;
 
 /// An image of a light in a ball.
 #[derive(Clone, Copy)]
-struct Image {
+struct LightImage {
     /// Point of the ball, world space.
     origin: Vec3,
     /// Towards the light, world space, unit.
@@ -37,9 +37,9 @@ struct Image {
     sigma: f32,
 }
 
-impl DeskPicture {
+impl DeskFrame {
     /// The lights of a solution for this picture, strongest first: [`SolvedLight::lights`] with the places that a second ball tells of.
-    pub fn lights(&self, solved: &SolvedLight) -> Vec<FoundLight> {
+    pub fn lights(&self, solved: &SolvedLight) -> Vec<DetectedLight> {
         let mut lights = solved.lights();
         triangulate(self, &mut lights);
         lights
@@ -47,55 +47,57 @@ impl DeskPicture {
 }
 
 /// Places lights that two balls show from different directions.
-fn triangulate(picture: &DeskPicture, lights: &mut [FoundLight]) {
+fn triangulate(desk: &DeskFrame, lights: &mut [DetectedLight]) {
     let mut placed = vec![None; lights.len()];
-    for other in &picture.other_balls {
-        let candidates = bright_directions(picture, other);
+    for other in &desk.other_balls {
+        let candidates = bright_directions(desk, other);
         for (light, place) in lights.iter().zip(&mut placed) {
-            let Some(first) = image_near(picture, &picture.ball, light.direction, light.angular_radius + MARGIN) else {
+            let Some(first) = light_image(desk, &desk.ball, light.direction, light.angular_radius + MARGIN) else {
                 continue;
             };
             // Of several lights the one that meets this ray at the least parallax.
-            let meetings = candidates.iter().filter(|dir| dir.angle_between(light.direction) < LARGEST_PARALLAX);
-            let meetings = meetings.filter_map(|dir| {
-                let second = image_near(picture, other, *dir, light.angular_radius + MARGIN)?;
-                meet(first, second)
+            let intersections = candidates.iter().filter(|dir| dir.angle_between(light.direction) < MAX_PARALLAX);
+            let intersections = intersections.filter_map(|dir| {
+                let second = light_image(desk, other, *dir, light.angular_radius + MARGIN)?;
+                intersect(first, second)
             });
-            let best = meetings.min_by(|a, b| a.miss.total_cmp(&b.miss)).filter(|meeting| meeting.miss < MOST_MISS);
-            if let Some(meeting) = best {
-                *place = meeting.position.or(*place);
+            let best = intersections
+                .min_by(|a, b| a.miss.total_cmp(&b.miss))
+                .filter(|intersection| intersection.miss < MAX_MISS_SIGMAS);
+            if let Some(intersection) = best {
+                *place = intersection.position.or(*place);
             }
         }
     }
     for (light, place) in lights.iter_mut().zip(placed) {
         if let Some(position) = place {
             light.position = Some(position);
-            light.direction = (position - picture.ball.center).normalize_or(light.direction);
+            light.direction = (position - desk.ball.center).normalize_or(light.direction);
         }
     }
 }
 
 /// Towards the middles of what a ball shows brighter than white.
-fn bright_directions(picture: &DeskPicture, ball: &MirrorBall) -> Vec<Vec3> {
-    let Some(view) = BallView::new(picture.camera_from_world.transform_point3(ball.center), ball.radius) else {
+fn bright_directions(desk: &DeskFrame, ball: &MirrorBall) -> Vec<Vec3> {
+    let Some(view) = BallView::new(desk.camera_from_world.transform_point3(ball.center), ball.radius) else {
         return Vec::new();
     };
-    let sky = BallInFrame::new(picture.posed_frame(), ball, &view).sky(SKY_EDGE);
-    let white = 0.95 / picture.ball.reflectance.max(ball.reflectance);
+    let sky = BallInFrame::new(desk.posed_frame(), ball, &view).radiance_cells(CELLS_PER_EDGE);
+    let white = 0.95 / desk.ball.reflectance.max(ball.reflectance);
     let bright: Vec<usize> = (0..sky.len()).filter(|&i| sky[i].seen.max_element() >= white).collect();
     let weight = |i: usize| sky[i].solid_angle;
-    connected(&bright, &sky).into_iter().map(|cells| Region::new(cells, &sky, &weight).dir_world).collect()
+    connected_groups(&bright, &sky).into_iter().map(|cells| Region::new(cells, &sky, &weight).dir_world).collect()
 }
 
 /// Two rays at their closest.
-struct Meeting {
+struct Intersection {
     /// How far they pass each other, angle in units of its uncertainty.
     miss: f32,
     /// Where; `None` if they are parallel as far as one can tell.
     position: Option<Vec3>,
 }
 
-fn meet(a: Image, b: Image) -> Option<Meeting> {
+fn intersect(a: LightImage, b: LightImage) -> Option<Intersection> {
     let between = b.origin - a.origin;
     let cos = a.dir.dot(b.dir);
     let sigma = (a.sigma * a.sigma + b.sigma * b.sigma).sqrt();
@@ -104,21 +106,21 @@ fn meet(a: Image, b: Image) -> Option<Meeting> {
     let normal = a.dir.cross(between).normalize_or_zero();
     let miss = b.dir.dot(normal).abs() / sigma;
     let sin_squared = 1.0 - cos * cos;
-    if parallax < SIGNIFICANT * sigma || sin_squared < 1e-9 {
-        return Some(Meeting { miss, position: None });
+    if parallax < MIN_PARALLAX_SIGMAS * sigma || sin_squared < 1e-9 {
+        return Some(Intersection { miss, position: None });
     }
     let along_a = (between.dot(a.dir) - between.dot(b.dir) * cos) / sin_squared;
     let along_b = (between.dot(a.dir) * cos - between.dot(b.dir)) / sin_squared;
     let middle = 0.5 * (a.origin + along_a * a.dir + b.origin + along_b * b.dir);
-    (along_a > 0.0 && along_b > 0.0).then_some(Meeting { miss, position: Some(middle) })
+    (along_a > 0.0 && along_b > 0.0).then_some(Intersection { miss, position: Some(middle) })
 }
 
 /// The middle of what is brighter than white about a direction.
-fn image_near(picture: &DeskPicture, ball: &MirrorBall, dir_world: Vec3, reach: f32) -> Option<Image> {
-    let view = BallView::new(picture.camera_from_world.transform_point3(ball.center), ball.radius)?;
-    let ball_picture = BallInFrame::new(picture.posed_frame(), ball, &view);
-    let edge_angle = view.edge_angle(&picture.intrinsics, EDGE_MARGIN_PIXELS);
-    let white = 0.98 / picture.ball.reflectance;
+fn light_image(desk: &DeskFrame, ball: &MirrorBall, dir_world: Vec3, reach: f32) -> Option<LightImage> {
+    let view = BallView::new(desk.camera_from_world.transform_point3(ball.center), ball.radius)?;
+    let ball_in_frame = BallInFrame::new(desk.posed_frame(), ball, &view);
+    let edge_angle = view.edge_angle(&desk.intrinsics, EDGE_MARGIN_PIXELS);
+    let white = 0.98 / desk.ball.reflectance;
     let steps = (reach / STEP).ceil() as i32;
     let mut dir = dir_world;
     // The window follows what it finds.
@@ -132,17 +134,21 @@ fn image_near(picture: &DeskPicture, ball: &MirrorBall, dir_world: Vec3, reach: 
                     continue;
                 }
                 let at = (dir + across.x * right + across.y * up).normalize();
-                let brightness = ball_picture.radiance(at, edge_angle)?.max_element();
+                let brightness = ball_in_frame.radiance(at, edge_angle)?.max_element();
                 // As the bright ball clips, so that both see the same shape.
                 sum += at * (brightness / white - 0.5).clamp(0.0, 0.5);
             }
         }
         dir = sum.try_normalize()?;
     }
-    let world_from_camera = picture.camera_from_world.inverse();
-    let dir_camera = picture.camera_from_world.transform_vector3(dir);
+    let world_from_camera = desk.camera_from_world.inverse();
+    let dir_camera = desk.camera_from_world.transform_vector3(dir);
     let point_camera = view.surface_point(dir_camera, edge_angle);
     let angle = (-view.center_camera).angle_between(dir_camera);
-    let per_pixel = 2.0 / (view.radius_pixels(&picture.intrinsics) * (0.5 * angle).cos().max(0.05));
-    Some(Image { origin: world_from_camera.transform_point3(point_camera), dir, sigma: PIXEL_SHARE * per_pixel })
+    let per_pixel = 2.0 / (view.radius_pixels(&desk.intrinsics) * (0.5 * angle).cos().max(0.05));
+    Some(LightImage {
+        origin: world_from_camera.transform_point3(point_camera),
+        dir,
+        sigma: CENTROID_SIGMA_PIXELS * per_pixel,
+    })
 }

@@ -3,10 +3,10 @@
 
 use super::{
     camera_match::compare_papers,
-    desk_picture::{DeskPicture, MirrorBall},
+    desk_frame::{DeskFrame, MirrorBall},
+    radiance_cells::{BallInFrame, CELLS_PER_EDGE, RadianceCell},
     ray_cast::sphere_is_hit,
     regions::{Region, neighbors_of},
-    sky::{BallInFrame, SKY_EDGE, SkyCell},
 };
 use crate::{
     camera::PosedFrame,
@@ -16,7 +16,7 @@ use bevy::{math::DVec3, prelude::*};
 
 /// What a darker view says of a piece of the sky that the picture shows clipped: radiance · steradian per channel.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct DarkReading {
+pub(super) struct BracketReading {
     pub region: usize,
     /// Light of the piece in the darker view.
     pub energy: DVec3,
@@ -25,81 +25,81 @@ pub(super) struct DarkReading {
     /// Extra radiance of each of the region's cells, if both views show the light in the same place: then it is far away.
     pub shape: Option<Vec<f32>>,
     /// Share of the light that is clipped in the darker view, in the channel with the most.
-    clipped_share: f32,
+    clipped_fraction: f32,
     /// What the darker view shows of a radiance of 1.
     sensitivity: f32,
 }
 
 /// A ball elsewhere that shows at most this share of what the first one does tells more of lamps than that one.
-const DARKER: f32 = 0.5;
+const MAX_DARK_BALL_SENSITIVITY: f32 = 0.5;
 /// Lamps as near as half a metre move this much from ball to ball, radians.
-const FARTHEST: f32 = 0.3;
+const MAX_PARALLAX: f32 = 0.3;
 /// Clipped light in the darker view below this share of all does not count.
-const CLIPPED_SHARE: f32 = 0.02;
+const MAX_CLIPPED_FRACTION: f32 = 0.02;
 /// Where the darker view shows less of a region's solid angle, the region has more light than that.
-const LEAST_COVERAGE: f32 = 0.8;
+const MIN_COVERAGE: f32 = 0.8;
 /// So much of a light that is far away is where the bright ball has it.
-const LEAST_IN_PLACE: f32 = 0.7;
+const MIN_IN_PLACE_FRACTION: f32 = 0.7;
 /// Darker pixels than this, linear camera units (sRGB 16), are more noise than light.
-const DARKEST: f32 = 0.005;
+const MIN_RADIANCE: f32 = 0.005;
 /// The paper may differ by this factor from what the exposure says before a shorter picture is taken for one of other light.
-const MOST_MISMATCH: f32 = 1.25;
+const MAX_MISMATCH: f32 = 1.25;
 /// Paper darker than this in a shorter picture, linear camera units (sRGB 10), tells nothing about its exposure.
-const DARKEST_PAPER: f32 = 0.003;
+const MIN_PAPER_RADIANCE: f32 = 0.003;
 
 /// Reads the clipped pieces of the sky in all views that are darker.
-pub(super) fn read_darker_views(picture: &DeskPicture, sky: &[SkyCell], regions: &[Region]) -> Vec<DarkReading> {
-    let balls = picture.balls();
-    let frames =
-        std::iter::once(picture.posed_frame()).chain(picture.bracketed_frames().filter(|posed| fits(picture, posed)));
-    let views = frames
-        .flat_map(|posed| balls.iter().enumerate().map(move |(i, ball)| DarkerView { posed, ball, is_first: i == 0 }));
-    let readings = views.filter(|view| view.is_darker(picture)).flat_map(|view| view.read(picture, sky, regions));
+pub(super) fn read_bracketed_views(desk: &DeskFrame, sky: &[RadianceCell], regions: &[Region]) -> Vec<BracketReading> {
+    let balls = desk.balls();
+    let frames = std::iter::once(desk.posed_frame())
+        .chain(desk.posed_bracketed_frames().filter(|posed| is_same_light(desk, posed)));
+    let views = frames.flat_map(|posed| {
+        balls.iter().enumerate().map(move |(i, ball)| BracketedView { posed, ball, is_first: i == 0 })
+    });
+    let readings = views.filter(|view| view.is_darker(desk)).flat_map(|view| view.read(desk, sky, regions));
     best(readings.collect())
 }
 
 /// Of the readings that are no bounds the one with the least clipped light, and among these the brightest, which has the least noise.
-fn best(readings: Vec<DarkReading>) -> Vec<DarkReading> {
-    let is_whole = |reading: &DarkReading| reading.is_bound == [false; 3];
-    let is_better = |a: &DarkReading, b: &DarkReading| {
-        let by_clipping = a.clipped_share.total_cmp(&b.clipped_share);
+fn best(readings: Vec<BracketReading>) -> Vec<BracketReading> {
+    let is_whole = |reading: &BracketReading| reading.is_bound == [false; 3];
+    let is_better = |a: &BracketReading, b: &BracketReading| {
+        let by_clipping = a.clipped_fraction.total_cmp(&b.clipped_fraction);
         by_clipping.then(b.sensitivity.total_cmp(&a.sensitivity)).is_lt()
     };
-    let is_beaten = |reading: &DarkReading| {
+    let is_beaten = |reading: &BracketReading| {
         readings.iter().any(|other| other.region == reading.region && is_whole(other) && is_better(other, reading))
     };
     readings.iter().filter(|reading| !is_whole(reading) || !is_beaten(reading)).cloned().collect()
 }
 
 /// Whether the paper says that the light is the same and the exposure is what is said; no paper says nothing.
-fn fits(picture: &DeskPicture, posed: &PosedFrame) -> bool {
-    let Some(paper) =
-        compare_papers((picture.posed_frame(), &picture.papers), (*posed, &picture.papers), DARKEST_PAPER)
+fn is_same_light(desk: &DeskFrame, posed: &PosedFrame) -> bool {
+    let Some(paper) = compare_papers((desk.posed_frame(), &desk.papers), (*posed, &desk.papers), MIN_PAPER_RADIANCE)
     else {
         return true;
     };
     let mismatch = paper.gain * posed.exposure;
-    let fits = mismatch.max_element() <= MOST_MISMATCH && mismatch.min_element() >= 1.0 / MOST_MISMATCH;
-    if !fits {
+    let is_same_light = mismatch.max_element() <= MAX_MISMATCH && mismatch.min_element() >= 1.0 / MAX_MISMATCH;
+    if !is_same_light {
         debug!("a shorter exposure of {} is ignored: its paper is {mismatch} times too dark", posed.exposure);
     }
-    fits
+    is_same_light
 }
 
 /// The region to which a direction is nearest, if a lamp of it may stand there in another ball.
-fn nearest(dir_world: Vec3, sky: &[SkyCell], regions: &[Region]) -> Option<usize> {
+fn nearest_region(dir_world: Vec3, sky: &[RadianceCell], regions: &[Region]) -> Option<usize> {
     let distance = |region: &Region| {
         let nearest = region.cells.iter().map(|&i| sky[i].dir_world.distance_squared(dir_world));
         nearest.fold(f32::INFINITY, f32::min)
     };
     let nearest = regions.iter().enumerate().map(|(r, region)| (r, distance(region)));
-    let nearest = nearest.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, d)| *d < FARTHEST * FARTHEST);
+    let nearest = nearest.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, d)| *d < MAX_PARALLAX * MAX_PARALLAX);
     nearest.map(|(r, _)| r)
 }
 
 /// Per cell, the region that it is in or touches, and what is known of its light without the region's gain: the rim of a lamp is a
 /// part of it, however dim.
-fn in_place(sky: &[SkyCell], regions: &[Region]) -> Vec<Option<(usize, Vec3)>> {
+fn in_place(sky: &[RadianceCell], regions: &[Region]) -> Vec<Option<(usize, Vec3)>> {
     let mut cells = vec![None; sky.len()];
     for (r, region) in regions.iter().enumerate() {
         for &i in &region.cells {
@@ -115,38 +115,38 @@ fn in_place(sky: &[SkyCell], regions: &[Region]) -> Vec<Option<(usize, Vec3)>> {
 }
 
 /// A ball in a picture.
-struct DarkerView<'a> {
+struct BracketedView<'a> {
     posed: PosedFrame<'a>,
     ball: &'a MirrorBall,
     /// Whether it is the ball that shows the sky.
     is_first: bool,
 }
 
-impl DarkerView<'_> {
+impl BracketedView<'_> {
     fn sensitivity(&self) -> f32 {
         self.posed.exposure * self.ball.reflectance
     }
 
-    fn is_darker(&self, picture: &DeskPicture) -> bool {
+    fn is_darker(&self, desk: &DeskFrame) -> bool {
         // The same ball at a shorter exposure is worth it however little shorter that is.
-        let most = if self.is_first { 1.0 } else { DARKER };
-        self.sensitivity() < most * picture.ball.reflectance
+        let max_sensitivity = if self.is_first { 1.0 } else { MAX_DARK_BALL_SENSITIVITY };
+        self.sensitivity() < max_sensitivity * desk.ball.reflectance
     }
 
-    fn read(&self, picture: &DeskPicture, sky: &[SkyCell], regions: &[Region]) -> Vec<DarkReading> {
+    fn read(&self, desk: &DeskFrame, sky: &[RadianceCell], regions: &[Region]) -> Vec<BracketReading> {
         let Self { posed, ball, .. } = self;
         let Some(view) = BallView::new(posed.camera_from_world.transform_point3(ball.center), ball.radius) else {
             return Vec::new();
         };
-        let dark = BallInFrame::new(*posed, ball, &view).sky(SKY_EDGE);
-        let is_shown = self.shown(picture, &view);
+        let dark = BallInFrame::new(*posed, ball, &view).radiance_cells(CELLS_PER_EDGE);
+        let is_shown = self.shown(desk, &view);
         let in_place = if self.is_first { in_place(sky, regions) } else { vec![None; sky.len()] };
         // What is brighter than white in the darker view is what the bright one clips; lamps that are near stand elsewhere in it.
-        let white = (1.0 / picture.ball.reflectance).max(DARKEST / self.sensitivity());
+        let white = (1.0 / desk.ball.reflectance).max(MIN_RADIANCE / self.sensitivity());
         let mut sums = vec![(Vec3::ZERO, Vec3::ZERO); regions.len()];
         for (cell, in_place) in dark.iter().zip(in_place).filter(|(cell, _)| is_shown(cell.dir_world)) {
             let is_bright = cell.seen.max_element() >= white;
-            let moved = || nearest(cell.dir_world, sky, regions).filter(|_| is_bright).map(|r| (r, Vec3::ZERO));
+            let moved = || nearest_region(cell.dir_world, sky, regions).filter(|_| is_bright).map(|r| (r, Vec3::ZERO));
             if let Some((r, known)) = in_place.or_else(moved) {
                 sums[r].0 += cell.solid_angle * (cell.seen - known);
                 sums[r].1 += cell.solid_angle * (cell.clipped + cell.limited);
@@ -154,26 +154,26 @@ impl DarkerView<'_> {
         }
         let is_covered = |region: &Region| {
             let shown = region.cells.iter().map(|&i| &sky[i]).filter(|cell| is_shown(cell.dir_world));
-            shown.map(|cell| cell.solid_angle).sum::<f32>() >= LEAST_COVERAGE * region.solid_angle
+            shown.map(|cell| cell.solid_angle).sum::<f32>() >= MIN_COVERAGE * region.solid_angle
         };
         let readings = sums.into_iter().zip(regions).enumerate().filter_map(|(region, ((energy, clipped), cells))| {
-            let clipped_share = |c: usize| if energy[c] > 0.0 { clipped[c] / energy[c] } else { 0.0 };
-            let is_bound = |c| clipped_share(c) > CLIPPED_SHARE || !is_covered(cells);
+            let clipped_fraction = |c: usize| if energy[c] > 0.0 { clipped[c] / energy[c] } else { 0.0 };
+            let is_bound = |c| clipped_fraction(c) > MAX_CLIPPED_FRACTION || !is_covered(cells);
             let extra = |&i: &usize| (dark[i].seen - sky[i].seen).element_sum().max(0.0);
             let energy = energy.max(Vec3::ZERO);
             let in_place: f32 = cells.cells.iter().map(|&i| sky[i].solid_angle * dark[i].seen.element_sum()).sum();
-            let is_in_place = in_place >= LEAST_IN_PLACE * energy.element_sum() && is_covered(cells);
+            let is_in_place = in_place >= MIN_IN_PLACE_FRACTION * energy.element_sum() && is_covered(cells);
             let shape: Vec<f32> = cells.cells.iter().map(extra).collect();
             let has_shape = is_in_place && shape.iter().any(|extra| *extra > 0.0);
             let white: Vec3 = cells.cells.iter().map(|&i| sky[i].solid_angle * (sky[i].clipped + sky[i].limited)).sum();
             // The same ball cannot show it darker than it is known to be: a lamp that has just been switched on.
-            let is_other = self.is_first && energy.element_sum() < LEAST_IN_PLACE * white.element_sum();
-            (!is_other).then(|| DarkReading {
+            let is_other = self.is_first && energy.element_sum() < MIN_IN_PLACE_FRACTION * white.element_sum();
+            (!is_other).then(|| BracketReading {
                 region,
                 energy: energy.as_dvec3(),
                 is_bound: std::array::from_fn(is_bound),
                 shape: has_shape.then_some(shape),
-                clipped_share: (0..3).map(clipped_share).fold(0.0, f32::max),
+                clipped_fraction: (0..3).map(clipped_fraction).fold(0.0, f32::max),
                 sensitivity: self.sensitivity(),
             })
         });
@@ -181,12 +181,12 @@ impl DarkerView<'_> {
     }
 
     /// Whether the ball shows a direction to the camera, past its own rim and the other balls.
-    fn shown(&self, picture: &DeskPicture, view: &BallView) -> impl Fn(Vec3) -> bool {
+    fn shown(&self, desk: &DeskFrame, view: &BallView) -> impl Fn(Vec3) -> bool {
         let ball = *self.ball;
         let edge_angle = view.edge_angle(&self.posed.intrinsics, EDGE_MARGIN_PIXELS);
         let eye: Vec3 = self.posed.camera_from_world.inverse().translation.into();
         let to_camera = (eye - ball.center).normalize_or_zero();
-        let others: Vec<MirrorBall> = picture.balls().into_iter().filter(|other| other.center != ball.center).collect();
+        let others: Vec<MirrorBall> = desk.balls().into_iter().filter(|other| other.center != ball.center).collect();
         move |dir| {
             let is_hidden = |other: &MirrorBall| {
                 let from_surface = other.center - ball.center - ball.radius * (dir + to_camera).normalize_or_zero();

@@ -1,6 +1,6 @@
 //! The ball's picture as a cube of small cells, with what of each cell the camera clipped.
 
-use super::desk_picture::MirrorBall;
+use super::desk_frame::MirrorBall;
 use crate::{
     camera::PosedFrame,
     environment_map::cube_directions,
@@ -9,11 +9,11 @@ use crate::{
 use bevy::prelude::*;
 
 /// Cells along an edge of the cube that light is solved on: 2.8° each.
-pub(crate) const SKY_EDGE: u32 = 32;
+pub(crate) const CELLS_PER_EDGE: u32 = 32;
 
 /// A cell of the sky as the ball shows it, radiance in linear camera units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct SkyCell {
+pub(super) struct RadianceCell {
     /// Towards the cell, world space.
     pub dir_world: Vec3,
     /// Steradian.
@@ -28,7 +28,7 @@ pub(super) struct SkyCell {
     pub limit: Vec3,
 }
 
-impl SkyCell {
+impl RadianceCell {
     /// Radiance if clipped light is multiplied by a gain per channel.
     pub(super) fn radiance(&self, gain: Vec3) -> Vec3 {
         self.seen + (gain - 1.0) * self.clipped + (gain.min(self.limit) - 1.0).max(Vec3::ZERO) * self.limited
@@ -36,7 +36,7 @@ impl SkyCell {
 }
 
 /// [`BallView::surface_point`] for many directions: its angles from a table.
-struct SurfacePoints {
+struct SurfacePointTable {
     center_camera: Vec3,
     /// From the ball to the camera.
     axis: Vec3,
@@ -47,7 +47,7 @@ struct SurfacePoints {
     normals: Vec<Vec2>,
 }
 
-impl SurfacePoints {
+impl SurfacePointTable {
     const STEPS: usize = 512;
 
     fn new(ball: &BallView, edge_angle: f32) -> Self {
@@ -91,13 +91,13 @@ impl<'a> BallInFrame<'a> {
     }
 
     /// The sky in cells, in the order of [`cube_directions`].
-    pub(super) fn sky(&self, edge: u32) -> Vec<SkyCell> {
+    pub(super) fn radiance_cells(&self, edge: u32) -> Vec<RadianceCell> {
         const SUBSAMPLES: u32 = 2;
         let edge_angle = self.ball.edge_angle(&self.posed.intrinsics, EDGE_MARGIN_PIXELS);
-        let points = SurfacePoints::new(self.ball, edge_angle);
+        let points = SurfacePointTable::new(self.ball, edge_angle);
         cube_directions(edge)
             .map(|(dir_world, solid_angle)| {
-                let mut cell = SkyCell { dir_world, solid_angle, ..default() };
+                let mut cell = RadianceCell { dir_world, solid_angle, ..default() };
                 let step = solid_angle.sqrt() / SUBSAMPLES as f32;
                 let (right, up) = dir_world.any_orthonormal_pair();
                 let mut limits = Vec3::ZERO;
@@ -109,8 +109,8 @@ impl<'a> BallInFrame<'a> {
                     let dir_camera = self.posed.camera_from_world.transform_vector3(dir);
                     let point = points.at(dir_camera);
                     if let Some(pixel) = self.posed.intrinsics.project(point) {
-                        let share = 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32;
-                        self.add_bilinear(&mut cell, &mut limits, pixel, share / self.sensitivity_at(point));
+                        let weight = 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32;
+                        self.add_bilinear(&mut cell, &mut limits, pixel, weight / self.sensitivity_at(point));
                     }
                 }
                 cell.limit = Vec3::from_array(std::array::from_fn(|c| {
@@ -128,7 +128,7 @@ impl<'a> BallInFrame<'a> {
             return None;
         }
         let point = self.ball.surface_point(dir_camera, edge_angle);
-        let (mut cell, mut limits) = (SkyCell::default(), Vec3::ZERO);
+        let (mut cell, mut limits) = (RadianceCell::default(), Vec3::ZERO);
         self.add_bilinear(
             &mut cell,
             &mut limits,
@@ -149,9 +149,9 @@ impl<'a> BallInFrame<'a> {
         self.posed.exposure * self.reflectance_at(point_camera)
     }
 
-    fn add_bilinear(&self, cell: &mut SkyCell, limits: &mut Vec3, pixel: Vec2, weight: f32) {
-        for (share, value) in self.posed.bilinear(pixel) {
-            let part = weight * share * value;
+    fn add_bilinear(&self, cell: &mut RadianceCell, limits: &mut Vec3, pixel: Vec2, weight: f32) {
+        for (bilinear, value) in self.posed.bilinear(pixel) {
+            let part = weight * bilinear * value;
             cell.seen += part;
             for (c, limit) in gain_limits(value).into_iter().enumerate() {
                 match limit {
@@ -188,8 +188,8 @@ mod tests {
 
     #[test]
     fn every_cell_is_found_by_its_direction() {
-        for (i, (dir, _)) in cube_directions(SKY_EDGE).enumerate() {
-            assert_eq!(cell_index(dir, SKY_EDGE), i, "{dir}");
+        for (i, (dir, _)) in cube_directions(CELLS_PER_EDGE).enumerate() {
+            assert_eq!(cell_index(dir, CELLS_PER_EDGE), i, "{dir}");
         }
     }
 
@@ -197,8 +197,8 @@ mod tests {
     fn points_of_the_ball_from_the_table_are_those_that_are_solved_for() {
         let ball = BallView { center_camera: Vec3::new(0.1, -0.15, -0.6), radius: 0.05 };
         let edge_angle = 2.7;
-        let points = SurfacePoints::new(&ball, edge_angle);
-        for (dir, _) in cube_directions(SKY_EDGE) {
+        let points = SurfacePointTable::new(&ball, edge_angle);
+        for (dir, _) in cube_directions(CELLS_PER_EDGE) {
             let off = points.at(dir).distance(ball.surface_point(dir, edge_angle));
             assert!(off < 1e-3 * ball.radius, "{dir}: {off}");
         }

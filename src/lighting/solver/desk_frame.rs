@@ -1,6 +1,6 @@
 //! What goes into the solver: a picture, and what is known to stand in it.
 
-use super::ray_cast::PhantomSolid;
+use super::ray_cast::{PhantomSolid, sphere_is_hit};
 use crate::{
     camera::{FramePixels, Intrinsics, PosedFrame},
     probe::BallSurface,
@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 /// Everything that is known of a desk when a picture of it has been taken.
 #[derive(Clone, Debug)]
-pub struct DeskPicture {
+pub struct DeskFrame {
     /// The picture.
     pub frame: Arc<FramePixels>,
     /// The camera's, for pictures of this size.
@@ -23,7 +23,7 @@ pub struct DeskPicture {
     /// are.
     pub other_balls: Vec<MirrorBall>,
     /// Pictures of the same desk that got less light: they tell the same as darker balls.
-    pub shorter_exposures: Vec<ShorterExposure>,
+    pub bracketed_exposures: Vec<BracketedExposure>,
     /// Sheets of markers that were seen in this picture.
     pub papers: Vec<Paper>,
     /// Other real things, the desk itself included.
@@ -32,19 +32,19 @@ pub struct DeskPicture {
     pub max_gain: f32,
 }
 
-/// The desk of a [`DeskPicture`] at a shorter exposure, taken at about the same time.
+/// The desk of a [`DeskFrame`] at a shorter exposure, taken at about the same time.
 ///
 /// ```
 /// # use bevy::prelude::*;
-/// # use bevy_mirrorball::{camera::FramePixels, lighting::solver::{DeskPicture, ShorterExposure}};
-/// # fn with_series(picture: DeskPicture, eighth: FramePixels, sixtieth: FramePixels) -> DeskPicture {
+/// # use bevy_mirrorball::{camera::FramePixels, lighting::solver::{DeskFrame, BracketedExposure}};
+/// # fn with_series(picture: DeskFrame, eighth: FramePixels, sixtieth: FramePixels) -> DeskFrame {
 /// // 1/30 s was the picture's own exposure
-/// let shorter = vec![ShorterExposure::new(eighth, 1.0 / 8.0), ShorterExposure::new(sixtieth, 1.0 / 60.0)];
-/// DeskPicture { shorter_exposures: shorter, ..picture }
+/// let shorter = vec![BracketedExposure::new(eighth, 1.0 / 8.0), BracketedExposure::new(sixtieth, 1.0 / 60.0)];
+/// DeskFrame { shorter_exposures: shorter, ..picture }
 /// # }
 /// ```
 #[derive(Clone, Debug)]
-pub struct ShorterExposure {
+pub struct BracketedExposure {
     /// The picture. Of the same camera, zoom and cropping; its size may be another.
     pub frame: Arc<FramePixels>,
     /// Light it got, the main picture's being 1: above 0 and below 1. Pictures with other numbers are ignored. 1/4 to 1/64 tell
@@ -54,7 +54,7 @@ pub struct ShorterExposure {
     pub camera_from_world: Option<Affine3A>,
 }
 
-impl ShorterExposure {
+impl BracketedExposure {
     /// A picture taken from where the main one was taken.
     pub fn new(frame: impl Into<Arc<FramePixels>>, exposure: f32) -> Self {
         Self { frame: frame.into(), exposure, camera_from_world: None }
@@ -85,7 +85,7 @@ pub struct MirrorBall {
     pub surface: BallSurface,
 }
 
-impl DeskPicture {
+impl DeskFrame {
     /// All balls, the one that shows the sky first.
     pub(super) fn balls(&self) -> Vec<MirrorBall> {
         std::iter::once(self.ball).chain(self.other_balls.iter().copied()).collect()
@@ -98,13 +98,34 @@ impl DeskPicture {
     }
 
     /// The pictures that got less light.
-    pub(super) fn bracketed_frames(&self) -> impl Iterator<Item = PosedFrame<'_>> {
-        let usable = self.shorter_exposures.iter().filter(|shorter| shorter.exposure > 0.0 && shorter.exposure < 1.0);
-        usable.map(|shorter| PosedFrame {
-            frame: &shorter.frame,
-            intrinsics: self.intrinsics.scaled_to(shorter.frame.size),
-            camera_from_world: shorter.camera_from_world.unwrap_or(self.camera_from_world),
-            exposure: shorter.exposure,
+    pub(super) fn posed_bracketed_frames(&self) -> impl Iterator<Item = PosedFrame<'_>> {
+        let usable =
+            self.bracketed_exposures.iter().filter(|bracketed| bracketed.exposure > 0.0 && bracketed.exposure < 1.0);
+        usable.map(|bracketed| PosedFrame {
+            frame: &bracketed.frame,
+            intrinsics: self.intrinsics.scaled_to(bracketed.frame.size),
+            camera_from_world: bracketed.camera_from_world.unwrap_or(self.camera_from_world),
+            exposure: bracketed.exposure,
         })
+    }
+}
+
+/// What stands on the desk.
+#[derive(Clone, Copy)]
+pub(super) struct DeskGeometry<'a> {
+    pub balls: &'a [MirrorBall],
+    pub papers: &'a [Paper],
+    pub phantoms: &'a [PhantomSolid],
+}
+
+impl DeskGeometry<'_> {
+    pub(super) fn is_hidden_by_ball(&self, origin: Vec3, dir: Vec3) -> bool {
+        self.balls.iter().any(|ball| sphere_is_hit(ball.center - origin, ball.radius, dir))
+    }
+
+    pub(super) fn is_hidden(&self, origin: Vec3, dir: Vec3, guesses: &mut [usize]) -> bool {
+        let mut phantoms = self.phantoms.iter().zip(guesses);
+        self.is_hidden_by_ball(origin, dir)
+            || phantoms.any(|(phantom, guess)| phantom.casts && phantom.is_hit(origin, dir, guess))
     }
 }

@@ -1,58 +1,58 @@
 //! The sky's mirror image in a ball, as light on what stands beside it.
 
-use super::{desk_picture::MirrorBall, sky::SkyCell};
+use super::{desk_frame::MirrorBall, radiance_cells::RadianceCell};
 use crate::probe::BallView;
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
 /// The sky's image in the ball as a point near it sees it.
 #[derive(Clone, Debug)]
-pub(super) struct MirroredSky {
+pub(super) struct BallReflection {
     /// From the ball to the point.
     axis: Vec3,
     /// The surface's, at the point.
     normal: Vec3,
     /// Cosine of the angle to the axis beyond which the ball hides the sky from its own mirror.
-    least_along: f32,
+    min_along: f32,
     /// By the sine of half of the angle to the axis, evenly spaced over 0…1.
-    images: [Image; STEPS + 1],
+    images: [ReflectedImage; STEPS + 1],
 }
 
 /// How the ball shows the sky at one angle.
 #[derive(Clone, Copy, Debug, Default)]
-struct Image {
+struct ReflectedImage {
     /// How much smaller than in the sky, in solid angle, times the share of light that is mirrored.
-    size: f32,
+    scale: f32,
     /// Sine and cosine of the angle to the ball's center, as the point sees it.
     view: Vec2,
 }
 
 const STEPS: usize = 160;
 /// The ball's mirror image of the sky is too dim beyond this many radii, about 1 % of the light.
-const FARTHEST_MIRRORING: f32 = 6.0;
+const MAX_DISTANCE_RADII: f32 = 6.0;
 
-impl MirroredSky {
+impl BallReflection {
     /// What a ball sends to a point; `None` where it is too far away.
     pub(super) fn new(origin: Vec3, normal: Vec3, ball: &MirrorBall) -> Option<Self> {
         let to_ball = ball.center - origin;
         let distance = to_ball.length();
-        if distance > FARTHEST_MIRRORING * ball.radius || distance <= 1.001 * ball.radius {
+        if distance > MAX_DISTANCE_RADII * ball.radius || distance <= 1.001 * ball.radius {
             return None;
         }
         let view = BallView { center_camera: Vec3::new(0.0, 0.0, -distance), radius: ball.radius };
         let last = PI - view.hidden_half_angle();
         let image = |step: usize| {
             let angle = (2.0 * (step as f32 / STEPS as f32).asin()).min(last);
-            Image::new(distance / ball.radius, angle, view.normal_angle(angle), ball.reflectance)
+            ReflectedImage::new(distance / ball.radius, angle, view.normal_angle(angle), ball.reflectance)
         };
         let axis = -to_ball / distance;
-        Some(Self { axis, normal, least_along: last.cos(), images: std::array::from_fn(image) })
+        Some(Self { axis, normal, min_along: last.cos(), images: std::array::from_fn(image) })
     }
 
     /// Irradiance per radiance of a cell that arrives by way of the ball, steradian.
-    pub(super) fn weight(&self, cell: &SkyCell) -> f32 {
+    pub(super) fn weight(&self, cell: &RadianceCell) -> f32 {
         let along = self.axis.dot(cell.dir_world);
-        if along <= self.least_along {
+        if along <= self.min_along {
             return 0.0;
         }
         let step = (0.5 - 0.5 * along).max(0.0).sqrt() * STEPS as f32;
@@ -64,11 +64,11 @@ impl MirroredSky {
         let up = self.normal.dot(self.axis);
         let across = (self.normal.dot(cell.dir_world) - along * up) / (1.0 - along * along).max(1e-6).sqrt();
         let cosine = across * view.x - up * view.y;
-        cell.solid_angle * (from.size + t * (to.size - from.size)) * cosine.max(0.0)
+        cell.solid_angle * (from.scale + t * (to.scale - from.scale)) * cosine.max(0.0)
     }
 }
 
-impl Image {
+impl ReflectedImage {
     /// At an angle to the axis where the ball's normal turns by `theta`; the point is `distance` radii away.
     fn new(distance: f32, angle: f32, theta: f32, reflectance: f32) -> Self {
         let (sin, cos) = theta.sin_cos();
@@ -77,7 +77,7 @@ impl Image {
         let slope = (distance * cos - 1.0) / (distance * distance + 1.0 - 2.0 * distance * cos);
         let along_axis = (slope / (2.0 + slope)).max(0.0);
         let across = if angle > 1e-3 { view_angle.sin() / angle.sin().max(1e-3) } else { along_axis };
-        Self { size: reflectance * along_axis * across, view: Vec2::from(view_angle.sin_cos()) }
+        Self { scale: reflectance * along_axis * across, view: Vec2::from(view_angle.sin_cos()) }
     }
 }
 
@@ -95,21 +95,21 @@ mod tests {
             reflectance: 0.9,
             surface: BallSurface::Mirror,
         };
-        let mirrored = MirroredSky::new(Vec3::ZERO, Vec3::Y, &ball).expect("near");
+        let reflection = BallReflection::new(Vec3::ZERO, Vec3::Y, &ball).expect("near");
         let tinted = |dir: Vec3| 1.0 + 0.5 * dir.x + 0.3 * dir.z;
         let ours: f32 = cube_directions(32)
             .map(|(dir_world, solid_angle)| {
-                tinted(dir_world) * mirrored.weight(&SkyCell { dir_world, solid_angle, ..default() })
+                tinted(dir_world) * reflection.weight(&RadianceCell { dir_world, solid_angle, ..default() })
             })
             .sum();
         let view = BallView { center_camera: ball.center, radius: ball.radius };
         let truth: f32 = cube_directions(128)
             .filter_map(|(ray, solid_angle)| {
-                let mirrored = view.mirrored_direction(ray)?;
-                Some(0.9 * tinted(mirrored) * solid_angle * ray.y.max(0.0))
+                let reflection = view.mirrored_direction(ray)?;
+                Some(0.9 * tinted(reflection) * solid_angle * ray.y.max(0.0))
             })
             .sum();
         assert!((ours / truth - 1.0).abs() < 0.02, "{ours} {truth}");
-        assert!(MirroredSky::new(Vec3::new(-0.4, 0.0, 0.0), Vec3::Y, &ball).is_none());
+        assert!(BallReflection::new(Vec3::new(-0.4, 0.0, 0.0), Vec3::Y, &ball).is_none());
     }
 }
