@@ -8,8 +8,8 @@ use crate::{
 use bevy::{math::Affine3A, prelude::*};
 use std::time::Duration;
 
-/// Largest age of a bracketed frame. Older ones are ignored, because the lighting may have changed. A webcam takes its whole
-/// bracket within this time.
+/// Largest age of a bracketed frame. Older ones are ignored, because the lighting may have changed. A webcam takes its
+/// whole bracket within this time.
 const MAX_AGE: Duration = Duration::from_secs(5);
 
 /// Bracketed frames around the newest frame of a probe, with their poses; on the probe's entity.

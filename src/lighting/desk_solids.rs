@@ -15,8 +15,8 @@ pub(super) struct DeskSolids {
     made_from: Vec<(AssetId<Mesh>, Affine3A, PhantomObject)>,
 }
 
-/// Largest change of an entry of a phantom's transform that does not count as motion. Meters for the translation; for the
-/// rotation, meters per meter of lever arm.
+/// Largest change of an entry of a phantom's transform that does not count as motion. Meters for the translation; for
+/// the rotation, meters per meter of lever arm.
 const MAX_PHANTOM_MOTION: f32 = 1e-3;
 /// Radius of the largest sphere in which a mesh counts as a stand-in for the ball itself, in radii of the ball.
 const MAX_PROXY_RADIUS: f32 = 1.1;

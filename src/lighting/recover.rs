@@ -33,8 +33,9 @@ pub struct RecoveredLight {
     pub sequence: u64,
     /// Radiance of the surroundings with clipped light recovered.
     pub light: Arc<SolvedLight>,
-    /// Whether clipped light was recovered from the things on the desk. If `false`, the gain comes from the paper alone or
-    /// there is none: [`ClipRecovery`] does not allow more, or the frame shows no marker or too little of the phantoms.
+    /// Whether clipped light was recovered from the things on the desk. If `false`, the gain comes from the paper alone
+    /// or there is none: [`ClipRecovery`] does not allow more, or the frame shows no marker or too little of the
+    /// phantoms.
     pub is_solved: bool,
     /// Detected lights, strongest first.
     pub lights: Vec<DetectedLight>,

@@ -8,8 +8,8 @@ use bevy::prelude::*;
 
 /// A lamp, window or sun that is detected in the environment and tracked from frame to frame.
 ///
-/// The entity is spawned and despawned with the light and keeps its [`id`](Self::id) while the light moves or flickers. It
-/// lights nothing: the environment map already contains its light.
+/// The entity is spawned and despawned with the light and keeps its [`id`](Self::id) while the light moves or flickers.
+/// It lights nothing: the environment map already contains its light.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -27,13 +27,13 @@ pub struct RealLight {
     pub id: u32,
     /// Direction to the light from the center of the ball, unit vector in world space.
     pub direction: Vec3,
-    /// Position in world space, meters, if shadows and fall-off on the desk or a second ball reveal it. `None` while it is
-    /// unknown, and for distant lights.
+    /// Position in world space, meters, if shadows and fall-off on the desk or a second ball reveal it. `None` while it
+    /// is unknown, and for distant lights.
     pub position: Option<Vec3>,
     /// Linear color; the largest channel is 1.
     pub color: LinearRgba,
-    /// Irradiance at a surface that faces the light, in its brightest channel, linear camera units: white paper there has the
-    /// pixel value `0.8 · irradiance / π`.
+    /// Irradiance at a surface that faces the light, in its brightest channel, linear camera units: white paper there
+    /// has the pixel value `0.8 · irradiance / π`.
     pub irradiance: f32,
     /// Half of the angle that the light subtends, radians.
     pub angular_radius: f32,

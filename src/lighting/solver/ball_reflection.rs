@@ -1,38 +1,39 @@
-//! The sky's mirror image in a ball, as light on what stands beside it.
+//! Light that a mirrored ball reflects onto the surfaces beside it.
 
 use super::{desk_frame::MirrorBall, radiance_cells::RadianceCell};
 use crate::probe::BallView;
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
-/// The sky's image in the ball as a point near it sees it.
+/// Mirror image of the sky in a ball, as seen from a point near it.
 #[derive(Clone, Debug)]
 pub(super) struct BallReflection {
-    /// From the ball to the point.
+    /// Direction from the ball to the point.
     axis: Vec3,
-    /// The surface's, at the point.
+    /// Surface normal at the point.
     normal: Vec3,
-    /// Cosine of the angle to the axis beyond which the ball hides the sky from its own mirror.
+    /// Cosine of the largest angle to the axis at which the ball still mirrors the sky. Beyond it, the ball is in its
+    /// own way.
     min_along: f32,
-    /// By the sine of half of the angle to the axis, evenly spaced over 0…1.
+    /// Images, evenly spaced over 0…1 in the sine of half of the angle to the axis.
     images: [ReflectedImage; STEPS + 1],
 }
 
-/// How the ball shows the sky at one angle.
+/// Mirror image of the sky at one angle.
 #[derive(Clone, Copy, Debug, Default)]
 struct ReflectedImage {
-    /// How much smaller than in the sky, in solid angle, times the share of light that is mirrored.
+    /// Solid angle of the image relative to that of the sky, times the fraction of light that is mirrored.
     scale: f32,
-    /// Sine and cosine of the angle to the ball's center, as the point sees it.
+    /// Sine and cosine of the angle between the image and the ball's center, as seen from the point.
     view: Vec2,
 }
 
 const STEPS: usize = 160;
-/// The ball's mirror image of the sky is too dim beyond this many radii, about 1 % of the light.
+/// Largest distance in radii of the ball. Beyond it, the mirror image contributes less than about 1 % of the light.
 const MAX_DISTANCE_RADII: f32 = 6.0;
 
 impl BallReflection {
-    /// What a ball sends to a point; `None` where it is too far away.
+    /// Computes the reflection at a point; `None` if the ball is too far away.
     pub(super) fn new(origin: Vec3, normal: Vec3, ball: &MirrorBall) -> Option<Self> {
         let to_ball = ball.center - origin;
         let distance = to_ball.length();
@@ -49,7 +50,7 @@ impl BallReflection {
         Some(Self { axis, normal, min_along: last.cos(), images: std::array::from_fn(image) })
     }
 
-    /// Irradiance per radiance of a cell that arrives by way of the ball, steradian.
+    /// Irradiance by reflection per radiance of a cell, steradian.
     pub(super) fn weight(&self, cell: &RadianceCell) -> f32 {
         let along = self.axis.dot(cell.dir_world);
         if along <= self.min_along {
@@ -60,7 +61,7 @@ impl BallReflection {
         let t = step - i as f32;
         let (from, to) = (&self.images[i], &self.images[i + 1]);
         let view = from.view + t * (to.view - from.view);
-        // Towards the ball's image of the cell: away from the axis on the cell's side, and back along it.
+        // Direction to the image of the cell: away from the axis on the cell's side, and back along the axis.
         let up = self.normal.dot(self.axis);
         let across = (self.normal.dot(cell.dir_world) - along * up) / (1.0 - along * along).max(1e-6).sqrt();
         let cosine = across * view.x - up * view.y;
@@ -69,11 +70,12 @@ impl BallReflection {
 }
 
 impl ReflectedImage {
-    /// At an angle to the axis where the ball's normal turns by `theta`; the point is `distance` radii away.
+    /// Image at an angle to the axis at which the ball's normal turns by `theta`. The distance of the point is in
+    /// radii.
     fn new(distance: f32, angle: f32, theta: f32, reflectance: f32) -> Self {
         let (sin, cos) = theta.sin_cos();
         let view_angle = sin.atan2(distance - cos);
-        // How much smaller the image is than what it shows: dβ/dφ along, sin β / sin φ across.
+        // Demagnification: dβ/dφ along the direction from the axis, sin β / sin φ across it.
         let slope = (distance * cos - 1.0) / (distance * distance + 1.0 - 2.0 * distance * cos);
         let along_axis = (slope / (2.0 + slope)).max(0.0);
         let across = if angle > 1e-3 { view_angle.sin() / angle.sin().max(1e-3) } else { along_axis };
@@ -86,7 +88,7 @@ mod tests {
     use super::*;
     use crate::{environment_map::cube_directions, probe::BallSurface};
 
-    /// Rays from the point over the ball, mirrored: what a uniform sky sends by way of it.
+    /// The truth is the sum over mirrored rays from the point to the ball, under a tinted sky.
     #[test]
     fn a_uniform_sky_arrives_as_rays_over_the_ball_say() {
         let ball = MirrorBall {

@@ -1,5 +1,5 @@
-//! The clipped pieces of the sky where they are darker: in a dark ball beside the bright one, which is the same picture at a shorter
-//! exposure (Karlsson & Selegård 2005, 3.1.6), or in a picture at a shorter exposure (Debevec & Malik 1997).
+//! Darker views of clipped regions: a dark ball beside the bright one, which acts as a shorter exposure in the same
+//! frame (Karlsson & Selegård 2005), or a frame with a shorter exposure (Debevec & Malik 1997).
 
 use super::{
     camera_match::compare_papers,
@@ -14,40 +14,42 @@ use crate::{
 };
 use bevy::{math::DVec3, prelude::*};
 
-/// What a darker view says of a piece of the sky that the picture shows clipped: radiance · steradian per channel.
+/// Light of a clipped region as a darker view shows it: radiance · steradian per channel.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct BracketReading {
     pub region: usize,
-    /// Light of the piece in the darker view.
+    /// Light of the region in the darker view.
     pub energy: DVec3,
-    /// Per channel, whether the darker view clips there too or shows a part only: then it is that much light or more.
+    /// Whether the reading is a lower bound, per channel: the darker view clips too or shows only a part of the region.
     pub is_bound: [bool; 3],
-    /// Extra radiance of each of the region's cells, if both views show the light in the same place: then it is far away.
+    /// Extra radiance of each cell of the region, if both views show the light in the same place. It is then distant.
     pub shape: Option<Vec<f32>>,
-    /// Share of the light that is clipped in the darker view, in the channel with the most.
+    /// Fraction of the light that is clipped in the darker view, in the channel with the most.
     clipped_fraction: f32,
-    /// What the darker view shows of a radiance of 1.
+    /// Pixel value in the darker view per unit of radiance.
     sensitivity: f32,
 }
 
-/// A ball elsewhere that shows at most this share of what the first one does tells more of lamps than that one.
+/// Largest sensitivity of another ball, relative to the first ball, at which it is used as a darker view.
 const MAX_DARK_BALL_SENSITIVITY: f32 = 0.5;
-/// Lamps as near as half a metre move this much from ball to ball, radians.
+/// Largest angle by which a lamp moves from ball to ball, radians. Reached by lamps at half a meter.
 const MAX_PARALLAX: f32 = 0.3;
-/// Clipped light in the darker view below this share of all does not count.
+/// Largest clipped fraction of the light at which a reading is not a lower bound.
 const MAX_CLIPPED_FRACTION: f32 = 0.02;
-/// Where the darker view shows less of a region's solid angle, the region has more light than that.
+/// Smallest fraction of a region's solid angle that the darker view has to show. Below it, the reading is a lower
+/// bound.
 const MIN_COVERAGE: f32 = 0.8;
-/// So much of a light that is far away is where the bright ball has it.
+/// Smallest fraction of a distant light that both views show in the same place.
 const MIN_IN_PLACE_FRACTION: f32 = 0.7;
-/// Darker pixels than this, linear camera units (sRGB 16), are more noise than light.
+/// Pixels darker than this, linear camera units (sRGB 16), are more noise than light.
 const MIN_RADIANCE: f32 = 0.005;
-/// The paper may differ by this factor from what the exposure says before a shorter picture is taken for one of other light.
+/// Largest factor between the brightness of the paper and the stated exposure. Beyond it, the bracketed frame is
+/// ignored, because it shows other light.
 const MAX_MISMATCH: f32 = 1.25;
-/// Paper darker than this in a shorter picture, linear camera units (sRGB 10), tells nothing about its exposure.
+/// Paper darker than this in a bracketed frame, linear camera units (sRGB 10), does not reveal its exposure.
 const MIN_PAPER_RADIANCE: f32 = 0.003;
 
-/// Reads the clipped pieces of the sky in all views that are darker.
+/// Reads the clipped regions in all darker views.
 pub(super) fn read_bracketed_views(desk: &DeskFrame, sky: &[RadianceCell], regions: &[Region]) -> Vec<BracketReading> {
     let balls = desk.balls();
     let frames = std::iter::once(desk.posed_frame())
@@ -59,7 +61,8 @@ pub(super) fn read_bracketed_views(desk: &DeskFrame, sky: &[RadianceCell], regio
     best(readings.collect())
 }
 
-/// Of the readings that are no bounds the one with the least clipped light, and among these the brightest, which has the least noise.
+/// For each region, keeps the reading with the smallest clipped fraction of those that are not lower bounds; ties go to
+/// the most sensitive view, which has the least noise. Lower bounds are all kept.
 fn best(readings: Vec<BracketReading>) -> Vec<BracketReading> {
     let is_whole = |reading: &BracketReading| reading.is_bound == [false; 3];
     let is_better = |a: &BracketReading, b: &BracketReading| {
@@ -72,7 +75,7 @@ fn best(readings: Vec<BracketReading>) -> Vec<BracketReading> {
     readings.iter().filter(|reading| !is_whole(reading) || !is_beaten(reading)).cloned().collect()
 }
 
-/// Whether the paper says that the light is the same and the exposure is what is said; no paper says nothing.
+/// Whether the paper confirms the stated exposure and unchanged light. `true` without visible paper.
 fn is_same_light(desk: &DeskFrame, posed: &PosedFrame) -> bool {
     let Some(paper) = compare_papers((desk.posed_frame(), &desk.papers), (*posed, &desk.papers), MIN_PAPER_RADIANCE)
     else {
@@ -86,7 +89,7 @@ fn is_same_light(desk: &DeskFrame, posed: &PosedFrame) -> bool {
     is_same_light
 }
 
-/// The region to which a direction is nearest, if a lamp of it may stand there in another ball.
+/// Region nearest to a direction, if parallax between the balls may move a lamp of that region there.
 fn nearest_region(dir_world: Vec3, sky: &[RadianceCell], regions: &[Region]) -> Option<usize> {
     let distance = |region: &Region| {
         let nearest = region.cells.iter().map(|&i| sky[i].dir_world.distance_squared(dir_world));
@@ -97,8 +100,8 @@ fn nearest_region(dir_world: Vec3, sky: &[RadianceCell], regions: &[Region]) -> 
     nearest.map(|(r, _)| r)
 }
 
-/// Per cell, the region that it is in or touches, and what is known of its light without the region's gain: the rim of a lamp is a
-/// part of it, however dim.
+/// For each cell, the region that contains or touches it, and the cell's radiance without the region's gain. The rim of
+/// a lamp belongs to the lamp, however dim it is.
 fn in_place(sky: &[RadianceCell], regions: &[Region]) -> Vec<Option<(usize, Vec3)>> {
     let mut cells = vec![None; sky.len()];
     for (r, region) in regions.iter().enumerate() {
@@ -114,7 +117,7 @@ fn in_place(sky: &[RadianceCell], regions: &[Region]) -> Vec<Option<(usize, Vec3
     cells
 }
 
-/// A ball in a picture.
+/// A ball in a frame.
 struct BracketedView<'a> {
     posed: PosedFrame<'a>,
     ball: &'a MirrorBall,
@@ -128,7 +131,7 @@ impl BracketedView<'_> {
     }
 
     fn is_darker(&self, desk: &DeskFrame) -> bool {
-        // The same ball at a shorter exposure is worth it however little shorter that is.
+        // A shorter exposure of the same ball is useful even if it is only slightly shorter.
         let max_sensitivity = if self.is_first { 1.0 } else { MAX_DARK_BALL_SENSITIVITY };
         self.sensitivity() < max_sensitivity * desk.ball.reflectance
     }
@@ -141,7 +144,8 @@ impl BracketedView<'_> {
         let dark = BallInFrame::new(*posed, ball, &view).radiance_cells(CELLS_PER_EDGE);
         let is_shown = self.shown(desk, &view);
         let in_place = if self.is_first { in_place(sky, regions) } else { vec![None; sky.len()] };
-        // What is brighter than white in the darker view is what the bright one clips; lamps that are near stand elsewhere in it.
+        // Cells brighter than white in the darker view are those that the bright view clips. Near lamps are displaced
+        // in it.
         let white = (1.0 / desk.ball.reflectance).max(MIN_RADIANCE / self.sensitivity());
         let mut sums = vec![(Vec3::ZERO, Vec3::ZERO); regions.len()];
         for (cell, in_place) in dark.iter().zip(in_place).filter(|(cell, _)| is_shown(cell.dir_world)) {
@@ -166,7 +170,8 @@ impl BracketedView<'_> {
             let shape: Vec<f32> = cells.cells.iter().map(extra).collect();
             let has_shape = is_in_place && shape.iter().any(|extra| *extra > 0.0);
             let white: Vec3 = cells.cells.iter().map(|&i| sky[i].solid_angle * (sky[i].clipped + sky[i].limited)).sum();
-            // The same ball cannot show it darker than it is known to be: a lamp that has just been switched on.
+            // The same ball cannot show a region darker than is already known, unless the light has changed: for
+            // example, a lamp that has just been switched on.
             let is_other = self.is_first && energy.element_sum() < MIN_IN_PLACE_FRACTION * white.element_sum();
             (!is_other).then(|| BracketReading {
                 region,
@@ -180,7 +185,7 @@ impl BracketedView<'_> {
         readings.collect()
     }
 
-    /// Whether the ball shows a direction to the camera, past its own rim and the other balls.
+    /// Whether the ball shows a direction to the camera, inside its rim and past the other balls.
     fn shown(&self, desk: &DeskFrame, view: &BallView) -> impl Fn(Vec3) -> bool {
         let ball = *self.ball;
         let edge_angle = view.edge_angle(&self.posed.intrinsics, EDGE_MARGIN_PIXELS);

@@ -1,4 +1,4 @@
-//! Two cameras, one paper: how their exposures and white balances differ.
+//! Exposure and white balance of two cameras, compared on the same paper.
 
 use super::{
     desk_frame::{DeskFrame, Paper},
@@ -7,35 +7,35 @@ use super::{
 use crate::camera::PosedFrame;
 use bevy::prelude::*;
 
-/// What the pictures of a second camera have to be multiplied with to look like the first one's; for the entity of the second.
+/// Gain that makes the frames of a second camera look like those of the first; for the entity of the second camera.
 ///
-/// Found by [`match_cameras`]; nothing applies it by itself. A second camera that shows light takes it as
+/// Measured by [`match_cameras`]; nothing applies it automatically. A second camera that shows light takes it as
 /// [`LightProbeCamera::gain`](crate::probe::LightProbeCamera::gain).
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
 pub struct CameraMatch {
     /// Factor on linear radiance, per channel.
     pub gain: Vec3,
-    /// Points of paper that both cameras show, not clipped in any channel.
+    /// Number of paper points that both cameras show and that are not clipped in any channel.
     pub points: usize,
-    /// How much the points' factors scatter, relative: the typical distance from the median. Large where shadows of people pass, or
-    /// the paper shines.
+    /// Median relative deviation of the points' factors from the gain. Large where people cast moving shadows or the
+    /// paper has highlights.
     pub scatter: f32,
 }
 
-/// Fewer common points tell nothing.
+/// Fewest common points for a result.
 const MIN_POINTS: usize = 8;
 
-/// Compares the paper of the same markers in pictures of two cameras, taken at about the same time.
+/// Compares the paper of the same markers in frames of two cameras, taken at about the same time.
 ///
-/// White paper is as bright from everywhere, so that the ratio of its brightness is that of the cameras' exposures and white
-/// balances. Papers are paired in the order of [`DeskFrame::papers`]. `None` if too little of them is seen by both, or what is
-/// seen is clipped.
+/// White paper has the same radiance in all directions, so the ratio of its pixel values is the ratio of the cameras'
+/// exposures and white balances. Papers are paired in the order of [`DeskFrame::papers`]. Returns `None` if both
+/// cameras see too little common paper, or if that is clipped.
 pub fn match_cameras(reference: &DeskFrame, second: &DeskFrame) -> Option<CameraMatch> {
     compare_papers((reference.posed_frame(), &reference.papers), (second.posed_frame(), &second.papers), 0.0)
 }
 
-/// Compares pictures by the papers in them. Paper that is not brighter than `darkest` in each channel does not count.
+/// Compares frames by the papers in them. Paper that is not brighter than `min_radiance` in each channel is ignored.
 pub(super) fn compare_papers(
     (reference, ours): (PosedFrame, &[Paper]),
     (second, theirs): (PosedFrame, &[Paper]),

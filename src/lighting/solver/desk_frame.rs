@@ -1,4 +1,4 @@
-//! What goes into the solver: a picture, and what is known to stand in it.
+//! Input of the solver: a frame and the things that are known to stand in it.
 
 use super::ray_cast::{PhantomSolid, sphere_is_hit};
 use crate::{
@@ -8,96 +8,96 @@ use crate::{
 use bevy::{math::Affine3A, prelude::*};
 use std::sync::Arc;
 
-/// Everything that is known of a desk when a picture of it has been taken.
+/// Everything that is known about a desk when a frame of it was taken.
 #[derive(Clone, Debug)]
 pub struct DeskFrame {
-    /// The picture.
+    /// The frame.
     pub frame: Arc<FramePixels>,
-    /// The camera's, for pictures of this size.
+    /// Intrinsics of the camera for frames of this size.
     pub intrinsics: Intrinsics,
     /// World → camera (Bevy axes), rigid.
     pub camera_from_world: Affine3A,
-    /// The mirrored ball.
+    /// The mirrored ball that shows the sky.
     pub ball: MirrorBall,
-    /// Other mirrored balls. Darker ones tell how bright the lamps are that the first one shows clipped; two balls tell where lamps
-    /// are.
+    /// Other mirrored balls. Darker balls reveal the brightness of lamps that the first ball shows clipped; a second
+    /// ball reveals the position of lamps.
     pub other_balls: Vec<MirrorBall>,
-    /// Pictures of the same desk that got less light: they tell the same as darker balls.
+    /// Underexposed frames of the same desk. They serve the same purpose as darker balls.
     pub bracketed_exposures: Vec<BracketedExposure>,
-    /// Sheets of markers that were seen in this picture.
+    /// Marker sheets that were detected in this frame.
     pub papers: Vec<Paper>,
-    /// Other real things, the desk itself included.
+    /// Other real objects, including the desk itself.
     pub phantoms: Arc<Vec<PhantomSolid>>,
-    /// Most that clipped light is multiplied with.
+    /// Largest gain on clipped light.
     pub max_gain: f32,
 }
 
-/// The desk of a [`DeskFrame`] at a shorter exposure, taken at about the same time.
+/// An underexposed frame of the desk of a [`DeskFrame`], taken at about the same time.
 ///
 /// ```
 /// # use bevy::prelude::*;
-/// # use bevy_mirrorball::{camera::FramePixels, lighting::solver::{DeskFrame, BracketedExposure}};
-/// # fn with_series(picture: DeskFrame, eighth: FramePixels, sixtieth: FramePixels) -> DeskFrame {
-/// // 1/30 s was the picture's own exposure
-/// let shorter = vec![BracketedExposure::new(eighth, 1.0 / 8.0), BracketedExposure::new(sixtieth, 1.0 / 60.0)];
-/// DeskFrame { shorter_exposures: shorter, ..picture }
+/// # use bevy_mirrorball::{camera::FramePixels, lighting::solver::{BracketedExposure, DeskFrame}};
+/// # fn with_bracket(desk: DeskFrame, eighth: FramePixels, sixtieth: FramePixels) -> DeskFrame {
+/// // The exposure of the main frame is 1/30 s.
+/// let bracket = vec![BracketedExposure::new(eighth, 1.0 / 8.0), BracketedExposure::new(sixtieth, 1.0 / 60.0)];
+/// DeskFrame { bracketed_exposures: bracket, ..desk }
 /// # }
 /// ```
 #[derive(Clone, Debug)]
 pub struct BracketedExposure {
-    /// The picture. Of the same camera, zoom and cropping; its size may be another.
+    /// The frame: from the same camera with the same zoom and cropping. Its size may differ.
     pub frame: Arc<FramePixels>,
-    /// Light it got, the main picture's being 1: above 0 and below 1. Pictures with other numbers are ignored. 1/4 to 1/64 tell
-    /// most: below, cameras have hardly a step for what is as bright as white.
+    /// Exposure relative to the main frame, above 0 and below 1. Frames with other values are ignored. 1/4 to 1/64 are
+    /// most useful; below, cameras have hardly a quantization step for what is as bright as white.
     pub exposure: f32,
-    /// World → camera when it was taken (Bevy axes), rigid. Defaults to `None`: as in the main picture.
+    /// World → camera when it was taken (Bevy axes), rigid. Defaults to `None`: the same as in the main frame.
     pub camera_from_world: Option<Affine3A>,
 }
 
 impl BracketedExposure {
-    /// A picture taken from where the main one was taken.
+    /// Creates an exposure that was taken from the same pose as the main frame.
     pub fn new(frame: impl Into<Arc<FramePixels>>, exposure: f32) -> Self {
         Self { frame: frame.into(), exposure, camera_from_world: None }
     }
 }
 
-/// A marker's printed sheet.
+/// Printed sheet of a marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Paper {
     /// Marker frame → world.
     pub world_from_marker: Affine3A,
-    /// Side of the black square in metres.
+    /// Side of the black square, meters.
     pub size: f32,
-    /// Share of light the white margin reflects, 0…1.
+    /// Fraction of light that the white margin reflects, 0…1.
     pub reflectance: f32,
 }
 
 /// A mirrored ball on the desk, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorBall {
-    /// Center, metres.
+    /// Center, meters.
     pub center: Vec3,
-    /// Radius in metres.
+    /// Radius, meters.
     pub radius: f32,
-    /// Share of light it mirrors, 0…1; perpendicular to its surface if that depends on the angle.
+    /// Fraction of light that the ball mirrors, 0…1; at normal incidence if it depends on the angle.
     pub reflectance: f32,
-    /// Whether it does.
+    /// Kind of the surface, which determines whether the reflectance depends on the angle.
     pub surface: BallSurface,
 }
 
 impl DeskFrame {
-    /// All balls, the one that shows the sky first.
+    /// All balls; the first one shows the sky.
     pub(super) fn balls(&self) -> Vec<MirrorBall> {
         std::iter::once(self.ball).chain(self.other_balls.iter().copied()).collect()
     }
 
-    /// The main picture.
+    /// The main frame with its pose.
     pub(super) fn posed_frame(&self) -> PosedFrame<'_> {
         let Self { frame, intrinsics, camera_from_world, .. } = self;
         PosedFrame { frame, intrinsics: *intrinsics, camera_from_world: *camera_from_world, exposure: 1.0 }
     }
 
-    /// The pictures that got less light.
+    /// The usable bracketed frames with their poses.
     pub(super) fn posed_bracketed_frames(&self) -> impl Iterator<Item = PosedFrame<'_>> {
         let usable =
             self.bracketed_exposures.iter().filter(|bracketed| bracketed.exposure > 0.0 && bracketed.exposure < 1.0);
@@ -110,7 +110,7 @@ impl DeskFrame {
     }
 }
 
-/// What stands on the desk.
+/// The objects on the desk.
 #[derive(Clone, Copy)]
 pub(super) struct DeskGeometry<'a> {
     pub balls: &'a [MirrorBall],

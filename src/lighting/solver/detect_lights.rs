@@ -1,4 +1,4 @@
-//! Environment → lights: compact directions much brighter than the rest.
+//! Light detection: compact directions in the environment that are much brighter than the rest.
 
 use super::{
     radiance_cells::RadianceCell,
@@ -6,57 +6,60 @@ use super::{
 };
 use bevy::prelude::*;
 
-/// A light as one picture shows it.
+/// A light, as detected in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectedLight {
-    /// Towards the light from the ball's center, unit vector in world space.
+    /// Direction to the light from the center of the ball, unit vector in world space.
     pub direction: Vec3,
-    /// Where it is, world space, metres; `None` if it is far away or the desk does not tell.
+    /// Position in world space, meters; `None` if the light is distant or the desk does not reveal its position.
     pub position: Option<Vec3>,
-    /// Irradiance at a surface that faces it, per channel, linear camera units (radiance · steradian).
+    /// Irradiance at a surface that faces the light, per channel, linear camera units (radiance · steradian).
     pub irradiance: Vec3,
-    /// Half the angle it takes up, in radians: that of a disk with the same variance.
+    /// Half of the angle that the light subtends, radians: that of a disk with the same variance.
     pub angular_radius: f32,
-    /// Its part of all light that arrives, 0…1.
+    /// Fraction of all light that arrives at the ball, 0…1.
     pub fraction: f32,
 }
 
-/// Cells this many times as bright as the typical one may belong to a light. Overcast skies vary by a factor of three.
+/// Smallest brightness of a light's cells relative to the median. Overcast skies vary by a factor of three.
 const MIN_CONTRAST: f32 = 4.0;
-/// And this many times as bright as the mean.
+/// Smallest brightness of a light's cells relative to the mean.
 const MIN_OVER_MEAN: f32 = 2.5;
-/// Wider groups of cells (root mean square, radians) are split when that leaves little variance.
+/// Largest root mean square radius of a group that is never split, radians. Wider groups are split if that leaves
+/// little variance.
 const MAX_UNSPLIT_RMS_RADIUS: f32 = 0.12;
-/// Groups that stay wider are no light but a glow with lights in it: only what stands out of it counts.
+/// Largest root mean square radius of a light, radians. A wider group that cannot be split is a glow, in which only the
+/// brightest cells count.
 const MAX_LIGHT_RMS_RADIUS: f32 = 0.35;
-/// Parts of a group are lights of their own if their variance falls below this share.
+/// Largest variance of the parts of a group, relative to that of the group, at which they are separate lights.
 const MAX_SPLIT_VARIANCE: f32 = 0.45;
-/// A light is this many times as bright as what surrounds it; a wide bright sky is none.
+/// Smallest brightness of a light relative to its surroundings. Excludes wide bright skies.
 const MIN_OVER_SURROUNDINGS: f32 = 2.5;
-/// How far the surroundings reach from a light's rim, radians.
+/// Width of the surroundings beyond a light's rim, radians.
 const SURROUNDINGS_WIDTH: f32 = 0.35;
-/// A light's direction is that of what exceeds this share of its brightest cell.
+/// Smallest brightness, relative to the brightest cell, of the cells that determine a light's direction.
 const MIN_CORE_BRIGHTNESS: f32 = 0.25;
-/// Lights closer than this are one, radians.
+/// Largest distance at which two groups are merged, radians.
 const MAX_MERGE_DISTANCE: f32 = 0.12;
-/// Fainter lights are not counted, share of all light.
+/// Smallest fraction of all light that a light has to have.
 pub(in crate::lighting) const MIN_LIGHT_FRACTION: f32 = 0.01;
-/// Most lights that are reported.
+/// Largest number of lights.
 const MAX_LIGHTS: usize = 12;
-/// The smallest angular radius that cells of a few degrees can tell, radians.
+/// Smallest angular radius that cells of a few degrees can resolve, radians.
 const MIN_ANGULAR_RADIUS: f32 = 0.01;
 
 fn luminance(radiance: Vec3) -> f32 {
     radiance.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// Rounds: what is left beside the lights found so far is looked at with its own, lower mean.
+/// Detection rounds. Each looks for fainter lights in the remaining cells, which have a lower mean.
 const ROUNDS: usize = 4;
 
-/// The lights of a sky whose clipped parts have been recovered, strongest first.
+/// Detects the lights of a sky whose clipped parts have been recovered, strongest first.
 ///
-/// Cells well above the median and the mean are grouped, groups are split where that leaves little of their variance (as median
-/// cut does with its boxes), and what lies close together is merged. Then the same again without them, for fainter lights.
+/// Cells well above the median and the mean are grouped, groups are split where that leaves little of their variance
+/// (as median cut does with its boxes), and neighboring groups are merged. This repeats without the detected lights,
+/// for fainter ones.
 pub(super) fn detect_lights(sky: &[RadianceCell], gains: &[Vec3]) -> Vec<DetectedLight> {
     let radiance: Vec<Vec3> = sky.iter().zip(gains).map(|(cell, gain)| cell.radiance(*gain)).collect();
     let brightness: Vec<f32> = radiance.iter().map(|r| luminance(*r)).collect();
@@ -95,7 +98,7 @@ pub(super) fn detect_lights(sky: &[RadianceCell], gains: &[Vec3]) -> Vec<Detecte
             {
                 lights.push(light);
             }
-            // Its halo is no light either.
+            // The halo of a light is no light either.
             let mut is_rest = vec![true; sky.len()];
             for &i in &part.cells {
                 is_rest[i] = false;
@@ -140,20 +143,21 @@ fn split_groups(
     parts
 }
 
-/// What is about as bright as a part's brightest cell.
+/// Cells about as bright as the brightest cell of a group.
 fn core(part: &Region, brightness: &[f32]) -> Vec<usize> {
     let peak = part.cells.iter().map(|&i| brightness[i]).fold(0.0, f32::max);
     part.cells.iter().copied().filter(|&i| brightness[i] > MIN_CORE_BRIGHTNESS * peak).collect()
 }
 
-/// The middle of what is about as bright as the part's brightest cell: a glow around the sun does not move it.
+/// Center of the cells that are about as bright as the brightest cell of the group. A glow around the sun does not move
+/// it.
 fn core_direction(part: &Region, sky: &[RadianceCell], brightness: &[f32]) -> Vec3 {
     let peak = part.cells.iter().map(|&i| brightness[i]).fold(0.0, f32::max);
     let weight = |i: usize| (brightness[i] - MIN_CORE_BRIGHTNESS * peak).max(0.0) * sky[i].solid_angle;
     part.cells.iter().map(|&i| weight(i) * sky[i].dir_world).sum::<Vec3>().normalize_or(part.dir_world)
 }
 
-/// Whether a part is compact: much brighter than a ring around it.
+/// Whether a group is much brighter than a ring around it.
 fn is_compact(part: &Region, sky: &[RadianceCell], brightness: &[f32]) -> bool {
     let mean = |cells: &mut dyn Iterator<Item = usize>| {
         let (sum, total) = cells
@@ -167,7 +171,7 @@ fn is_compact(part: &Region, sky: &[RadianceCell], brightness: &[f32]) -> bool {
     for &i in &part.cells {
         is_own[i] = true;
     }
-    // Other lights beside it do not take from it: only what is darker counts as surroundings.
+    // Neighboring lights must not hide a light: only darker cells count as surroundings.
     let is_around =
         |i: &usize| brightness[*i] < own && !is_own[*i] && sky[*i].dir_world.dot(part.dir_world) > max_distance;
     let mut around = (0..sky.len()).filter(is_around);
@@ -253,7 +257,7 @@ mod tests {
         assert_eq!(found.len(), 2, "{found:?}");
     }
 
-    /// City lights at night: what is bright is one wide band, and most of its light comes from a few lamps in it.
+    /// City lights at night: one wide bright band, with most of its light from a few lamps in it.
     #[test]
     fn lamps_in_a_wide_glow_are_lights_of_their_own_and_parts_of_the_glow_are_faint() {
         let lamps = [(0.4_f32, 60.0), (-0.9, 45.0)];

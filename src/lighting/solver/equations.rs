@@ -1,4 +1,4 @@
-//! Points of the desk → equations: what each point shows, and what reaches it per unknown.
+//! Equations of the solver: the brightness of each point, and the light that reaches it per unknown.
 
 use super::{
     bracketed_views::{BracketReading, read_bracketed_views},
@@ -11,20 +11,20 @@ use super::{
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
-/// One point, as the picture shows it, and what reaches it per unknown. Index 3 of arrays is the mean of the channels.
+/// Equation of one point. Index 3 of the arrays is the mean of the channels.
 pub(super) struct Equation {
     pub point: SamplePoint,
-    /// Its place in the meter.
+    /// Index of the point in the light transport.
     pub point_index: usize,
     /// π · radiance; NaN where clipped.
     pub exitance: [f64; 4],
-    /// Irradiance with clipped light taken for white.
+    /// Irradiance if clipped light is white.
     pub seen: [f64; 4],
-    /// What one unit of extra gain adds, per region.
+    /// Irradiance per unit of extra gain of each region.
     pub per_gain: Vec<[f64; 4]>,
-    /// The same of light that may be brighter only up to its region's limit.
+    /// The same for light whose gain is limited.
     pub limited: Vec<[f64; 4]>,
-    /// Number of the unknown albedo.
+    /// Index of the unknown albedo.
     pub albedo_class: Option<usize>,
 }
 
@@ -32,30 +32,31 @@ pub(super) struct Problem<'a> {
     pub transport: &'a LightTransport,
     pub sky: &'a [RadianceCell],
     pub regions: &'a [Region],
-    /// Per region, the extra gain from which on limited light grows no more.
+    /// Largest extra gain of limited light, per region.
     pub limits: Vec<[f64; 4]>,
-    /// Regions that touch: parts of one window, mostly.
+    /// Pairs of adjacent regions; mostly parts of one window.
     pub neighbors: Vec<(usize, usize)>,
     pub equations: Vec<Equation>,
-    /// What darker views say: extra gain per region and channel, or at least that.
+    /// Readings from darker views: extra gain per region and channel, or a lower bound of it.
     pub readings: Vec<GainReading>,
-    /// Per region, how its extra light is shape_profile.
+    /// Distribution of each region's extra light over its cells.
     pub profiles: Vec<Vec<f32>>,
-    /// Where lights are that are not far away.
+    /// Positions of near lights, per region.
     pub positions: Vec<Option<Vec3>>,
 }
 
-/// Extra gain of a region as a darker view shows it, per channel.
+/// Extra gain of a region according to a darker view, per channel.
 pub(super) struct GainReading {
     pub region: usize,
     pub gain: [f64; 4],
     pub is_bound: [bool; 4],
 }
 
-/// Gray: the mean of the channels.
+/// Index of gray, the mean of the channels.
 pub(super) const GRAY: usize = 3;
-/// How much brighter a lamp is in the middle of what is clipped than near its edge: power of the distance to the edge. Lamps and
-/// windows have bright middles and dim rims, and where a soft box is brightest decides how flat its light falls.
+/// Exponent of the default profile of a lamp's extra light: power of the distance to the edge of what is clipped. Lamps
+/// and windows have bright centers and dim rims, and the brightest part of a soft box determines how flat its light
+/// falls.
 const PROFILE_POWER: f32 = 1.5;
 
 impl<'a> Problem<'a> {
@@ -126,17 +127,17 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Whether a darker view shows how bright a region is.
+    /// Whether a darker view reveals the brightness of a region.
     pub(super) fn is_read(&self, region: usize) -> bool {
         self.readings.iter().any(|reading| reading.region == region && !reading.is_bound[GRAY])
     }
 
-    /// Irradiance with clipped light raised.
+    /// Irradiance with extra gains `x` on clipped light.
     pub(super) fn irradiance(&self, equation: &Equation, channel: usize, x: &[f64]) -> f64 {
         equation.seen[channel] + self.extra(equation, channel, x)
     }
 
-    /// What the extra gains add.
+    /// Irradiance added by the extra gains.
     pub(super) fn extra(&self, equation: &Equation, channel: usize, x: &[f64]) -> f64 {
         let parts = equation.per_gain.iter().zip(&equation.limited).zip(&self.limits).zip(x);
         parts.map(|(((free, limited), limit), x)| free[channel] * x + limited[channel] * x.min(limit[channel])).sum()
@@ -181,7 +182,7 @@ fn mean_limit(region: &Region, sky: &[RadianceCell]) -> [f64; 4] {
     [r, g, b, mean(sum.element_sum(), total.element_sum())]
 }
 
-/// What the darker views say in terms of the unknowns.
+/// Converts readings of darker views to extra gains.
 fn gain_readings(readings: Vec<BracketReading>, sky: &[RadianceCell], regions: &[Region]) -> Vec<GainReading> {
     let in_gains = |reading: BracketReading| {
         let cells = regions[reading.region].cells.iter().map(|&i| &sky[i]);
@@ -197,8 +198,8 @@ fn gain_readings(readings: Vec<BracketReading>, sky: &[RadianceCell], regions: &
     readings.into_iter().map(in_gains).collect()
 }
 
-/// Half of the weights are zero: what lies behind the surface. A plain loop, for it is the innermost, in builds without
-/// optimization too.
+/// Half of the weights are zero, behind the surface. A plain loop, because it is the innermost one and has to be fast
+/// in unoptimized builds too.
 fn weighted_sum(weights: &[f32], values: &[Vec3]) -> Vec3 {
     let values = &values[..weights.len()];
     let (mut sum, mut i) = (Vec3::ZERO, 0);
@@ -216,7 +217,7 @@ pub(super) fn with_gray(v: Vec3) -> [f64; 4] {
     [v.x, v.y, v.z, v.element_sum() / 3.0]
 }
 
-/// Mean radiance of each phantom where the picture shows it; below the horizon's where it does not.
+/// Mean radiance of each phantom where the frame shows it; otherwise the mean radiance below the horizon.
 fn phantom_colors(desk: &DeskFrame, transport: &LightTransport, sky: &[RadianceCell]) -> Vec<Vec3> {
     let up = desk.papers.first().map_or(Vec3::Y, |paper| paper.world_from_marker.transform_vector3(Vec3::Y));
     let (below, total) = sky

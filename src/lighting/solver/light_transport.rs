@@ -1,4 +1,4 @@
-//! Light transport on the desk.
+//! Light transport: irradiance of sample points on the desk per radiance of the cells of the sky (Debevec et al. 2012).
 
 use super::{
     ball_reflection::BallReflection,
@@ -10,20 +10,20 @@ use super::{
 use crate::camera::Intrinsics;
 use bevy::{math::Affine3A, prelude::*};
 
-/// Points and the light that can reach them. Depends on where things stand, not on the light.
+/// Sample points and the light that can reach them. Depends on where things stand, not on the light.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightTransport {
     pub points: Vec<SamplePoint>,
-    /// Per point and cell of the sky: irradiance per radiance, steradian. Directly, and by way of the ball.
+    /// Irradiance per radiance, steradian, per point and cell of the sky. Includes light by way of the balls.
     pub weights: Vec<f32>,
-    /// Per point: phantoms in view with the steradian they take.
+    /// Phantoms that occlude the sky, with the projected solid angle they take, per point.
     pub occluded: Vec<Vec<(usize, f32)>>,
-    /// Per point: the sky's images in the balls beside it.
+    /// Mirror images of the sky in nearby balls, per point.
     pub reflections: Vec<Vec<BallReflection>>,
 }
 
 impl LightTransport {
-    /// Picks points in view of the camera and traces what they see. Takes the memory of an earlier table.
+    /// Selects points in view of the camera and traces their visibility. Reuses the memory of an earlier table.
     pub(super) fn new(
         mut memory: Vec<f32>,
         geometry: DeskGeometry,
@@ -81,9 +81,9 @@ impl LightTransport {
 struct Occluder<'a> {
     index: usize,
     phantom: &'a PhantomSolid,
-    /// The triangle that was hit last.
+    /// Index of the triangle that was hit last.
     guess: usize,
-    /// What it hides, steradian weighted by the cosine.
+    /// Solid angle that it hides, weighted by the cosine, steradian.
     projected_solid_angle: f32,
 }
 
@@ -98,24 +98,25 @@ fn nearest_occluder<'b, 'a>(
         if !phantom.is_hit(origin, dir, guess) {
             continue;
         }
-        // How far away they are counts where one stands behind the other only.
+        // The distance matters only where one phantom stands behind another.
         let distance = |k: usize| occluders[k].phantom.hit(origin, dir).map_or(f32::MAX, |(distance, _)| distance);
         nearest = Some(nearest.filter(|&other| distance(other) <= distance(k)).unwrap_or(k));
     }
     nearest.map(|k| &mut occluders[k])
 }
 
-/// What a light at a finite distance sends to points of the desk.
+/// A light at a finite distance.
 pub(super) struct NearLight<'a> {
     pub geometry: DeskGeometry<'a>,
-    /// Where its rays to the camera were mirrored, world space.
+    /// Point of the ball where its rays were mirrored to the camera, world space.
     pub origin: Vec3,
-    /// From there, metres.
+    /// Distance from `origin`, meters.
     pub distance: f32,
 }
 
 impl NearLight<'_> {
-    /// Irradiance per radiance of cells at a point: directly, in place of the light from far away, and by way of the balls.
+    /// Irradiance per radiance of each cell at a point: direct light, in place of that from far away, and light by way
+    /// of the balls.
     pub(super) fn weights(
         &self,
         point: &SamplePoint,

@@ -1,4 +1,9 @@
-//! The solver of clipped light: pure functions from a frame and what stands on the desk to radiance.
+//! Solver for clipped light: pure functions from a frame and the things on the desk to the radiance of the
+//! surroundings.
+//!
+//! **Enters:** a [`DeskFrame`]: a posed frame, mirrored balls, marker sheets, phantoms and bracketed exposures.
+//! **Leaves:** a [`SolvedLight`], from [`solve_light`], and its [`DetectedLight`]s, from [`DeskFrame::lights`]. The
+//! method is described in [`lighting`](super).
 
 mod albedos;
 pub(super) mod camera_match;

@@ -1,8 +1,8 @@
-//! How far away the lamps are: shadows and fall-off on the desk that a light from far away does not explain.
+//! Distance of near lamps, from shadows and fall-off on the desk that distant light does not explain.
 //!
-//! A lamp two metres away lights the near edge of a desk by a third more than the far edge, and its shadows fan out. Solved as light
-//! from far away, that is explained by lights that are not there. So the strongest compact regions are tried at a few distances; one
-//! is kept where the whole desk is explained clearly better.
+//! A lamp two meters away lights the near edge of a desk by a third more than the far edge, and its shadows fan out.
+//! Solved as distant light, that leads to lights that do not exist. The solver therefore tries a few distances for the
+//! strongest compact regions, and keeps one if it explains the whole desk clearly better.
 
 use super::{
     desk_frame::{DeskFrame, DeskGeometry, MirrorBall},
@@ -13,41 +13,41 @@ use super::{
 };
 use bevy::prelude::*;
 
-/// Inverse distances that are tried, per metre; the first is far away.
+/// Inverse distances to try, per meter; the first is infinitely far away.
 const INVERSE_DISTANCES: [f32; 6] = [0.0, 0.2, 0.35, 0.6, 1.0, 1.8];
-/// A desk that is explained this well needs no more.
+/// Cost of a desk below which no distances are searched.
 const MAX_GOOD_COST: f64 = 0.04;
-/// A place is taken if it lowers the cost of the desk to this share.
+/// Largest cost of the desk, relative to that without the light's distance, at which the distance is accepted.
 const MAX_COST_RATIO: f64 = 0.85;
-/// Regions with less of the paper's light are not tried.
+/// Smallest fraction of the paper's light at which a region is tried.
 const MIN_PAPER_FRACTION: f64 = 0.1;
-/// Points beside the paper's below which nothing is told of places.
+/// Fewest points on phantoms for which distances are estimated.
 const MIN_PHANTOM_POINTS: usize = 100;
-/// Wider regions (root mean square, radians) are windows.
+/// Root mean square radius from which on regions count as windows, radians.
 const MAX_RMS_RADIUS: f32 = 0.2;
-/// Most regions that are placed, strongest first.
+/// Largest number of near lights, strongest first.
 const MAX_NEAR_LIGHTS: usize = 3;
 
-/// Per point, what a unit of extra gain adds: light that may grow without and up to its limit.
+/// Irradiance of each point per unit of extra gain: of light with unlimited and with limited gain.
 type GainResponses = Vec<([f64; 4], [f64; 4])>;
 
-/// Where lights were found to be in the picture before.
+/// Distances of near lights in the previous frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct KnownDistances {
     /// Directions and inverse distances.
     lights: Vec<(Vec3, f32)>,
-    /// How well they explained the desk.
+    /// Cost of the desk when distances were last searched.
     cost: Option<f64>,
 }
 
-/// A desk that is explained at most this many times worse than in the picture before needs no new search.
+/// Largest ratio of a desk's cost to that of the last search. Beyond it, distances are searched again.
 const MAX_COST_GROWTH: f64 = 1.4;
-/// How far the distance is varied from picture to picture, share of its inverse.
+/// Relative step by which an inverse distance is refined from frame to frame.
 const RELATIVE_STEP: f32 = 0.1;
-/// Lights move by less from picture to picture, radians.
+/// Largest angle by which a light moves from frame to frame, radians.
 const MAX_LIGHT_MOTION: f32 = 0.2;
 
-/// What the balls and the camera have to do with places.
+/// Position of the ball and the camera, which determine where lights are mirrored.
 struct BallGeometry<'a> {
     desk: DeskGeometry<'a>,
     ball: MirrorBall,
@@ -55,7 +55,7 @@ struct BallGeometry<'a> {
 }
 
 impl<'a> BallGeometry<'a> {
-    /// Where a light is mirrored to the camera.
+    /// Point of the ball where a light is mirrored to the camera.
     fn origin(&self, dir: Vec3) -> Vec3 {
         self.ball.center + self.ball.radius * (dir + self.to_camera).normalize_or(dir)
     }
@@ -66,7 +66,7 @@ impl<'a> BallGeometry<'a> {
 }
 
 impl Problem<'_> {
-    /// Places the strongest lights where the desk says they are, and solves anew.
+    /// Estimates the distances of the strongest lights and solves again.
     pub(super) fn locate_near_lights(&mut self, desk: &DeskFrame, known: &mut KnownDistances, far: GrayFit) -> GrayFit {
         let paper_points = self.equations.iter().filter(|e| e.point.surface == Surface::Paper).count();
         if self.equations.len() < paper_points + MIN_PHANTOM_POINTS {
@@ -93,7 +93,7 @@ impl Problem<'_> {
         }
         if !known.lights.is_empty() {
             gray = self.fit_from_best_start(&gray.x);
-            // It may come nearer or go away.
+            // The lamp may come nearer or go away.
             for (region, inverse) in inverses.iter_mut().enumerate().filter(|(_, inverse)| **inverse > 0.0) {
                 let (start, dir) = (*inverse, self.regions[region].dir_world);
                 let light = |inverse| geometry.light(dir, inverse);
@@ -120,7 +120,7 @@ impl Problem<'_> {
     fn fit_from_best_start(&mut self, x: &[f64]) -> GrayFit {
         let cold = self.fit_gray(None);
         let warm = self.fit_gray(Some(x));
-        // The last one's albedos are those that count from here on.
+        // The albedo classes stored in the problem are those of the last fit, so the better fit has to come last.
         if warm.cost <= cold.cost { warm } else { self.fit_gray(Some(&cold.x)) }
     }
 
@@ -145,7 +145,7 @@ impl Problem<'_> {
             match best.filter(|(.., solution)| solution.cost < MAX_COST_RATIO * gray.cost) {
                 Some((k, responses, solution)) => {
                     self.set_responses(region, &responses);
-                    // Albedos belong to the solution too.
+                    // The albedo classes belong to the solution too.
                     gray = self.fit_gray(Some(&solution.x));
                     let next = INVERSE_DISTANCES.get(k + 1).map_or(f32::MAX, |next| next - INVERSE_DISTANCES[k]);
                     let step = 0.5 * next.min(INVERSE_DISTANCES[k] - INVERSE_DISTANCES[k - 1]);
@@ -160,7 +160,7 @@ impl Problem<'_> {
         if last.cost <= gray.cost { last } else { gray }
     }
 
-    /// The inverse distance about one at which the desk is explained best: both sides, then half of the step. Leaves the region there.
+    /// Refines an inverse distance: tries both sides, then half of the step. Leaves the region at the best one.
     fn refine<'d>(
         &mut self,
         region: usize,
@@ -221,7 +221,7 @@ impl Problem<'_> {
         }
     }
 
-    /// What one unit of extra gain adds to the paper.
+    /// Mean irradiance of the paper per unit of extra gain.
     fn mean_per_gain(&self, region: usize) -> f64 {
         let papers = self.equations.iter().filter(|e| e.point.surface == Surface::Paper);
         let (sum, count) = papers.fold((0.0, 0.0), |(s, n), e| (s + e.per_gain[region][GRAY], n + 1.0));

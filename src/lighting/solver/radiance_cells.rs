@@ -1,4 +1,4 @@
-//! The ball's picture as a cube of small cells, with what of each cell the camera clipped.
+//! Mirror image of the surroundings in the ball, resampled to the cells of a cube, with the clipped part of each cell.
 
 use super::desk_frame::MirrorBall;
 use crate::{
@@ -8,23 +8,23 @@ use crate::{
 };
 use bevy::prelude::*;
 
-/// Cells along an edge of the cube that light is solved on: 2.8° each.
+/// Cells along an edge of the cube that light is solved on; 2.8° each.
 pub(crate) const CELLS_PER_EDGE: u32 = 32;
 
-/// A cell of the sky as the ball shows it, radiance in linear camera units.
+/// Radiance of the surroundings in one direction, as the ball shows it, linear camera units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct RadianceCell {
-    /// Towards the cell, world space.
+    /// Direction to the cell, world space.
     pub dir_world: Vec3,
     /// Steradian.
     pub solid_angle: f32,
-    /// Radiance with clipped light taken for white.
+    /// Radiance if clipped light is white.
     pub seen: Vec3,
-    /// The part of it that is clipped and may be any number of times brighter.
+    /// Clipped part of `seen`, whose gain is unlimited.
     pub clipped: Vec3,
-    /// The part of it that is clipped and may be brighter by the factor `limit` at most.
+    /// Clipped part of `seen`, whose gain is at most `limit`.
     pub limited: Vec3,
-    /// At least 1.
+    /// Largest gain of `limited`; at least 1.
     pub limit: Vec3,
 }
 
@@ -35,15 +35,16 @@ impl RadianceCell {
     }
 }
 
-/// [`BallView::surface_point`] for many directions: its angles from a table.
+/// Table of angles, in place of [`BallView::surface_point`] for many directions.
 struct SurfacePointTable {
     center_camera: Vec3,
-    /// From the ball to the camera.
+    /// Direction from the ball to the camera.
     axis: Vec3,
     radius: f32,
-    /// Half of the largest mirrored angle, its sine.
+    /// Sine of half of the largest mirrored angle.
     last: f32,
-    /// Sine and cosine of the angle of the ball's normal, by the sine of half of the mirrored angle, evenly spaced up to `last`.
+    /// Sine and cosine of the angle of the ball's normal, evenly spaced up to `last` in the sine of half of the
+    /// mirrored angle.
     normals: Vec<Vec2>,
 }
 
@@ -75,12 +76,12 @@ impl SurfacePointTable {
     }
 }
 
-/// Where a ball is looked at.
+/// A mirrored ball in a posed frame.
 #[derive(Clone, Copy)]
 pub(super) struct BallInFrame<'a> {
     pub posed: PosedFrame<'a>,
     pub ball: &'a BallView,
-    /// Share of light the ball mirrors, perpendicular to it.
+    /// Fraction of light that the ball mirrors at normal incidence.
     pub reflectance: f32,
     pub surface: BallSurface,
 }
@@ -90,7 +91,7 @@ impl<'a> BallInFrame<'a> {
         Self { posed, ball: view, reflectance: ball.reflectance, surface: ball.surface }
     }
 
-    /// The sky in cells, in the order of [`cube_directions`].
+    /// Radiance of the surroundings in cells, in the order of [`cube_directions`].
     pub(super) fn radiance_cells(&self, edge: u32) -> Vec<RadianceCell> {
         const SUBSAMPLES: u32 = 2;
         let edge_angle = self.ball.edge_angle(&self.posed.intrinsics, EDGE_MARGIN_PIXELS);
@@ -121,7 +122,7 @@ impl<'a> BallInFrame<'a> {
             .collect()
     }
 
-    /// Radiance towards a direction with clipped light taken for white; `None` where the ball does not show it.
+    /// Radiance in a direction if clipped light is white; `None` where the ball does not show it.
     pub(super) fn radiance(&self, dir_world: Vec3, edge_angle: f32) -> Option<Vec3> {
         let dir_camera = self.posed.camera_from_world.transform_vector3(dir_world);
         if (-self.ball.center_camera).angle_between(dir_camera) > edge_angle {
@@ -138,13 +139,13 @@ impl<'a> BallInFrame<'a> {
         Some(cell.seen)
     }
 
-    /// Share of light that a point of the ball (camera space) mirrors to the camera.
+    /// Fraction of light that a point of the ball (camera space) mirrors to the camera.
     pub(super) fn reflectance_at(&self, point_camera: Vec3) -> f32 {
         let normal = (point_camera - self.ball.center_camera) / self.ball.radius;
         self.surface.reflectance_at(self.reflectance, -normal.dot(point_camera.normalize_or_zero()))
     }
 
-    /// What the picture shows of a radiance of 1 by way of a point of the ball.
+    /// Pixel value per unit of radiance that is mirrored at a point of the ball.
     fn sensitivity_at(&self, point_camera: Vec3) -> f32 {
         self.posed.exposure * self.reflectance_at(point_camera)
     }
@@ -167,8 +168,8 @@ impl<'a> BallInFrame<'a> {
     }
 }
 
-/// Place of a world direction in a cube of cells, in the order of [`cube_directions`]. Twin of `sky_cell` in
-/// `unwrap_pass.wgsl`.
+/// Index of the cell of a cube that contains a world direction, in the order of [`cube_directions`]. Twin of `sky_cell`
+/// in `unwrap_pass.wgsl`.
 pub(super) fn cell_index(dir_world: Vec3, edge: u32) -> usize {
     let size = dir_world.abs();
     let axis = if size.x >= size.y && size.x >= size.z { 0 } else { 2 - u32::from(size.y >= size.z) };

@@ -1,7 +1,8 @@
-//! The least extra light that explains the desk: regularized least squares that no outlier sways, channel by channel.
-//!
-//! First the mean of the channels is solved in rounds that tell surfaces apart and weigh outliers down; it is the prior of each
+//! Robust fit of the least extra light that explains the desk: regularized, iteratively reweighted least squares, per
 //! channel.
+//!
+//! The mean of the channels is fitted first, in rounds that classify albedos and reduce the weight of outliers. It is
+//! the prior of each channel.
 
 use super::{
     equations::{Equation, GRAY, GainReading, Problem, with_gray},
@@ -9,47 +10,47 @@ use super::{
     sample_points::Surface,
 };
 
-/// The mean of the channels, solved.
+/// Fit of the mean of the channels.
 pub(super) struct GrayFit {
     /// Extra gain per region.
     pub x: Vec<f64>,
     pub inverse_albedos: Vec<f64>,
     pub weights: Vec<f64>,
     pub equations: NormalEquations,
-    /// How badly the desk is explained: the mean of the points' robust costs.
+    /// Mean of the points' robust costs; the larger, the worse the desk is explained.
     pub cost: f64,
 }
 
-/// Relative uncertainty of a brightness: texture, geometry, light between things.
+/// Relative uncertainty of a point's brightness, from texture, geometry and unmodeled light between objects.
 const UNCERTAINTY: f64 = 0.04;
-/// Points darker than this share of the open sky's irradiance are as uncertain as those at it.
+/// Smallest irradiance, relative to that of the open sky, to which errors are relative. Darker points use this value.
 const MIN_RELATIVE_IRRADIANCE: f32 = 0.08;
-/// The paper is the only absolute measure: each of its points counts as many.
+/// Weight of a paper point. The paper is the only absolute measure, so each of its points counts as several.
 const PAPER_WEIGHT: f64 = 6.0;
-/// Weight of the prior, least extra light: 1 is as much as one point.
+/// Weight of the prior of least extra light; 1 equals one point.
 const PRIOR_WEIGHT: f64 = 1.0;
-/// Weight of the prior that regions that touch have the same gain.
+/// Weight of the prior that adjacent regions have the same gain.
 const SMOOTHNESS_WEIGHT: f64 = 10.0;
-/// Weight of the prior that lights have the color of the light as a whole.
+/// Weight of the prior that each light has the color of the light as a whole.
 const COLOR_PRIOR_WEIGHT: f64 = 20.0;
-/// Relative uncertainty of what a darker view shows.
+/// Relative uncertainty of a reading from a darker view.
 const READING_UNCERTAINTY: f64 = 0.05;
-/// It shows a lamp itself, and counts as so many points of the desk.
+/// Weight of a reading, in points of the desk. It shows the lamp itself.
 const READING_WEIGHT: f64 = 300.0;
-/// Rounds in which surfaces are told apart, outliers are weighted down and the light is solved.
+/// Largest number of rounds; each classifies albedos, weights outliers down and solves the light.
 const MAX_ROUNDS: usize = 8;
-/// Change of gains, relative to the largest, below which there are no more rounds.
+/// Largest change of the gains, relative to the largest gain, at which the rounds end.
 const MAX_SETTLED_CHANGE: f64 = 1e-3;
 
 impl Problem<'_> {
-    /// Solves the mean of the channels.
+    /// Fits the mean of the channels.
     pub(super) fn fit_gray(&mut self, start: Option<&[f64]>) -> GrayFit {
         let regions = self.regions.len();
         let mut inverse_albedos: Vec<f64> = Vec::new();
         let mut weights = vec![1.0; self.equations.len()];
         let mut x = match start {
             Some(start) => start.to_vec(),
-            // First the paper alone: the least extra light that explains it.
+            // Start from the paper alone: the least extra light that explains it.
             None => self.fit_channel(GRAY, &vec![0.0; regions], &inverse_albedos, &weights, None).0,
         };
         let mut equations = NormalEquations::new(0);
@@ -77,7 +78,7 @@ impl Problem<'_> {
 
     /// Weight of the prior on each region's extra gain.
     pub(super) fn priors(&self, channel: usize) -> Vec<f64> {
-        // The unit: extra light of one radiance from all regions that would be needed for the paper.
+        // Unit of the prior: the equal extra gain of all regions that would explain the paper.
         let energies: Vec<f64> = self
             .regions
             .iter()
@@ -105,7 +106,7 @@ impl Problem<'_> {
         energies.iter().map(|energy| PRIOR_WEIGHT * energy / (total * unit * unit)).collect()
     }
 
-    /// The least extra gain per region and the inverse albedos.
+    /// Fits the least extra gain per region and the inverse albedos.
     pub(super) fn fit_channel(
         &self,
         channel: usize,
@@ -126,7 +127,7 @@ impl Problem<'_> {
             }
             let reflectance = equation.point.reflectance.map(|r| with_gray(r)[channel]);
             row.clear();
-            // Light at its limit is a part of what is seen.
+            // Limited light at its limit is a constant part of the irradiance.
             let mut seen = equation.seen[channel];
             for (r, (free, limited)) in equation.per_gain.iter().zip(&equation.limited).enumerate() {
                 let limit = self.limits[r][channel];
@@ -173,7 +174,7 @@ impl Problem<'_> {
         (system.solve(&start, &floor), system)
     }
 
-    /// Color of the light that is missing ÷ its gray.
+    /// Color of the missing light ÷ its gray.
     pub(super) fn tint(&self, channel: usize, x: &[f64]) -> f64 {
         let (mut missing, mut explained) = (0.0, 0.0);
         for equation in self.equations.iter().filter(|e| e.point.surface == Surface::Paper) {
@@ -187,7 +188,7 @@ impl Problem<'_> {
         if explained > 0.0 { (missing / explained).clamp(0.1, 10.0) } else { 1.0 }
     }
 
-    /// Relative difference of a point from its explanation.
+    /// Relative error of a point's brightness under a solution.
     pub(super) fn relative_error(
         &self,
         equation: &Equation,
@@ -206,7 +207,7 @@ impl Problem<'_> {
         error.is_finite().then_some(error)
     }
 
-    /// Cauchy weights: texture and unmodeled light are outliers.
+    /// Cauchy weights, which reduce the influence of texture and unmodeled light.
     pub(super) fn cauchy_weights(&self, channel: usize, x: &[f64], inverse_albedos: &[f64]) -> Vec<f64> {
         let open = self.open_irradiance(channel, x);
         let errors: Vec<Option<f64>> =

@@ -1,4 +1,4 @@
-//! Points of the desk.
+//! Sample points on the paper and on phantoms, and their brightness in a frame.
 
 use super::{
     desk_frame::{DeskGeometry, Paper},
@@ -7,7 +7,7 @@ use super::{
 use crate::camera::{FramePixels, Intrinsics};
 use bevy::{math::Affine3A, prelude::*};
 
-/// What a point belongs to.
+/// Surface that a point belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Surface {
     Paper,
@@ -19,17 +19,17 @@ pub(super) struct SamplePoint {
     pub pos_world: Vec3,
     pub normal_world: Vec3,
     pub surface: Surface,
-    /// Share of light it reflects, if known.
+    /// Fraction of light that the surface reflects, if known.
     pub reflectance: Option<Vec3>,
 }
 
-/// Points on phantoms, at most.
+/// Largest number of points on phantoms.
 pub(super) const MAX_PHANTOM_POINTS: usize = 700;
 /// Points along each side of a sheet.
 const PAPER_STEPS: i32 = 9;
-/// A sheet of paper is at least this much wider than its black square, on each side, as a share of the square's side.
+/// Smallest margin of a sheet around its black square, in sides of the square.
 const SHEET_MARGIN: f32 = 0.14;
-/// Surfaces seen at a flatter angle tell nothing; cosine.
+/// Smallest cosine between the surface normal and the direction to the camera at which a surface is used.
 const MIN_VIEW_COSINE: f32 = 0.2;
 
 pub(super) fn paper_points(papers: &[Paper]) -> Vec<SamplePoint> {
@@ -64,7 +64,7 @@ pub(super) fn phantom_points(
     let world_from_camera = camera_from_world.inverse();
     let eye: Vec3 = world_from_camera.translation.into();
     let size = intrinsics.size.as_vec2();
-    // Twice as many as are kept: some rays miss.
+    // Twice as many as are kept, because some rays miss.
     let spacing = (size.element_product() / (2 * MAX_PHANTOM_POINTS) as f32).sqrt();
     let counts = (size / spacing).as_uvec2();
     let mut points = Vec::new();
@@ -101,13 +101,14 @@ fn is_on_sheet(paper: &Paper, pos_world: Vec3) -> bool {
     pos.y.abs() < 0.01 && pos.x.abs().max(pos.z.abs()) < (0.5 + SHEET_MARGIN) * paper.size
 }
 
-/// Half width of the square of pixels that one brightness is taken from.
+/// Half width of the square of pixels around a point, in pixels.
 const WINDOW_RADIUS: i32 = 3;
-/// Quarters of the square that differ by more show an edge: share of the mean, and linear camera units.
+/// Largest difference between quarters of the square: relative to the brightest one, and in linear camera units. Beyond
+/// it, the square contains an edge.
 const MAX_CONTRAST: (f32, f32) = (0.08, 0.01);
 
-/// Radiance of the picture about a pixel: per channel the mean of the middle half, NaN where it is clipped. `None` across edges and
-/// outside of the picture.
+/// Radiance of a frame around a pixel, per channel: the mean of the middle half of the values; NaN where clipped.
+/// `None` across edges and outside of the frame.
 pub(super) fn sample_radiance(frame: &FramePixels, pixel: Vec2) -> Option<Vec3> {
     let (x, y) = (pixel.x as i32, pixel.y as i32);
     let size = frame.size.as_ivec2();
@@ -124,7 +125,7 @@ pub(super) fn sample_radiance(frame: &FramePixels, pixel: Vec2) -> Option<Vec3> 
             }
             if dx != 0 && dy != 0 {
                 let quarter = &mut quarters[usize::from(dx > 0) + 2 * usize::from(dy > 0)];
-                // Fireflies and dust must not look like an edge.
+                // Limits the influence of fireflies and dust, which must not look like an edge.
                 quarter.0 += value.element_sum().min(3.0).sqrt();
                 quarter.1 += 1.0;
             }
@@ -143,5 +144,5 @@ pub(super) fn sample_radiance(frame: &FramePixels, pixel: Vec2) -> Option<Vec3> 
     })))
 }
 
-/// A surface this bright may be clipped in part, linear camera units.
+/// Radiance above which a surface may be partly clipped, linear camera units.
 const MAX_UNCLIPPED: f32 = 0.97;

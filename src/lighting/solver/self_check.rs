@@ -1,4 +1,4 @@
-//! A virtual ball over the real one: how well the light that is shown explains the newest picture.
+//! Self-check: compares the real ball with a virtual ball that mirrors the displayed light.
 
 use super::{
     desk_frame::DeskFrame,
@@ -14,26 +14,26 @@ use bevy::prelude::*;
 
 /// Difference between the real ball and a virtual one in its place; on the entity of the ball.
 ///
-/// The virtual ball mirrors the light that was shown when the picture arrived, that of the picture before: what has moved, flickered
-/// or been placed badly shows here.
+/// The virtual ball mirrors the light that was displayed when the frame arrived, which is that of the previous frame.
+/// Lights that have moved or flickered and badly placed balls show up here.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct SelfCheck {
-    /// Sequence number of the picture.
+    /// Sequence number of the frame.
     pub sequence: u64,
-    /// Root of the mean squared difference of pixels, sRGB-encoded, 0…1.
+    /// Root mean square difference of the pixels, sRGB-encoded, 0…1.
     pub rmse: f32,
-    /// Angle between the strongest light as the game knows it and its picture in the real ball, radians. `None` without a light
-    /// or where the ball shows no clipped pixel near it.
+    /// Angle between the strongest displayed light and its mirror image in the real ball, radians. `None` without a
+    /// light or where the ball shows no clipped pixel near it.
     pub key_light_angle: Option<f32>,
 }
 
-/// Pixels that are compared along each side of the ball.
+/// Number of compared pixels along each side of the ball.
 const STEPS: u32 = 48;
-/// Clipped pixels that show directions this close to a light belong to it, radians beyond its angular radius.
+/// Largest angle between a light's rim and the directions that its clipped pixels show, radians.
 const KEY_LIGHT_MARGIN: f32 = 0.1;
 
-/// Compares a picture with what a sky and a light in it predict.
+/// Compares a frame with the prediction by a solved light and its strongest light.
 pub(in crate::lighting) fn compare_ball(
     desk: &DeskFrame,
     light: &SolvedLight,
@@ -73,7 +73,7 @@ pub(in crate::lighting) fn compare_ball(
             && real.into_iter().map(srgb_to_linear).fold(0.0, f32::max) > 0.98
             && dir_world.angle_between(key.direction) < key.angular_radius + KEY_LIGHT_MARGIN
         {
-            // A pixel shows a larger part of the sky the nearer it is to the rim.
+            // Pixels nearer to the rim show a larger part of the sky.
             towards_key += dir_world / (1.0 - across.length_squared()).max(0.05).sqrt();
         }
     }

@@ -1,4 +1,4 @@
-//! Camera picture + what stands on the desk → how bright the clipped lights are: the recipe.
+//! Recipe of the solver: from a frame and the things on the desk to the brightness of clipped lights.
 
 use super::{
     desk_frame::{DeskFrame, DeskGeometry, MirrorBall, Paper},
@@ -16,7 +16,7 @@ use crate::probe::BallView;
 use bevy::{math::Affine3A, prelude::*};
 use std::sync::Arc;
 
-/// What does not change from picture to picture while nothing moves.
+/// Data that stay the same from frame to frame while nothing moves.
 #[derive(Clone, Debug, Default)]
 pub struct SolverCache {
     made_for: Option<(Vec<MirrorBall>, Vec<Paper>, Arc<Vec<PhantomSolid>>, Affine3A)>,
@@ -24,12 +24,12 @@ pub struct SolverCache {
     distances: KnownDistances,
 }
 
-/// The camera or a thing may move this far before what points see is traced anew, metres.
+/// Largest motion of the camera at which the visibility of the points is not traced again, meters.
 const MAX_CACHED_MOTION: f32 = 0.05;
 
-/// Recovers clipped light from how bright the things on the desk are.
+/// Recovers clipped light from the brightness of the things on the desk.
 ///
-/// `None` if the ball or every sheet of paper is out of view.
+/// Returns `None` if the ball or every sheet of paper is out of view.
 pub fn solve_light(desk: &DeskFrame, cache: &mut SolverCache) -> Option<SolvedLight> {
     let view = BallView::new(desk.camera_from_world.transform_point3(desk.ball.center), desk.ball.radius)?;
     let sky = BallInFrame::new(desk.posed_frame(), &desk.ball, &view).radiance_cells(CELLS_PER_EDGE);
@@ -40,7 +40,8 @@ pub fn solve_light(desk: &DeskFrame, cache: &mut SolverCache) -> Option<SolvedLi
     problem.solve(desk, up_world, &mut cache.distances)
 }
 
-/// The sky of a picture in which nothing tells how bright clipped light is: it counts as white, times a gain by the cosine to `up_world`.
+/// Light of a frame in which nothing reveals the brightness of clipped light. Clipped light is white, times a gain that
+/// is weighted by the cosine to `up_world`.
 pub(in crate::lighting) fn unsolved_light(desk: &DeskFrame, gain: Vec3, up_world: Vec3) -> Option<SolvedLight> {
     let view = BallView::new(desk.camera_from_world.transform_point3(desk.ball.center), desk.ball.radius)?;
     let sky = BallInFrame::new(desk.posed_frame(), &desk.ball, &view).radiance_cells(CELLS_PER_EDGE);
@@ -72,7 +73,7 @@ impl SolverCache {
             return;
         }
         let geometry = DeskGeometry { balls: &balls, papers: &desk.papers, phantoms: &desk.phantoms };
-        // The table is megabytes: its memory serves again.
+        // The table takes megabytes: its memory is reused.
         let memory = std::mem::take(&mut self.transport.weights);
         self.transport = LightTransport::new(memory, geometry, &desk.intrinsics, &desk.camera_from_world, sky);
         self.made_for = Some((balls, desk.papers.clone(), desk.phantoms.clone(), desk.camera_from_world));

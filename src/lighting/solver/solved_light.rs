@@ -1,4 +1,4 @@
-//! What comes out of the solver: the sky with its clipped parts recovered.
+//! Output of the solver: the sky with its clipped parts recovered.
 
 use super::{
     detect_lights::{DetectedLight, detect_lights},
@@ -8,62 +8,64 @@ use super::{
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
-/// One piece of the sky that the camera clipped, and what it was found to be.
+/// A clipped region of the sky and its solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolvedRegion {
-    /// Towards its middle, unit vector in world space.
+    /// Direction to its center, unit vector in world space.
     pub direction: Vec3,
     /// Steradian.
     pub solid_angle: f32,
-    /// How many times brighter than white, per channel; at least 1.
+    /// Gain relative to white, per channel; at least 1.
     pub gain: Vec3,
-    /// Where it is, world space, metres, if the desk tells that it is near: shadows fan out and light falls off. `None` far away.
+    /// Position in world space, meters, if fanning shadows and fall-off on the desk show that the light is near. `None`
+    /// for distant light.
     pub position: Option<Vec3>,
-    /// Share of the answer that the equations fix, 0…1; the rest is the prior, least extra light.
+    /// Fraction of the solution that the equations determine, 0…1. The rest comes from the prior, least extra light.
     pub confidence: f32,
 }
 
-/// Light whose clipped parts have been recovered.
+/// Light of the surroundings with its clipped parts recovered.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SolvedLight {
-    /// The clipped pieces.
+    /// Clipped regions.
     pub regions: Vec<SolvedRegion>,
-    /// Gain on clipped light towards each cell of a cube.
+    /// Gain on clipped light in the direction of each cell of a cube.
     pub gains: Vec<Vec3>,
-    /// Points that were compared, those of the paper included.
+    /// Number of compared points, including those of the paper.
     pub points: usize,
-    /// Of these, points of markers' paper.
+    /// Number of these points that are on markers' paper.
     pub paper_points: usize,
-    /// Root of the mean squared relative difference between the desk as the light explains it and as it is (robust).
+    /// Root mean square of the relative difference between the desk as explained by the light and as it is (robust).
     pub residual: f32,
-    /// Clipped pieces whose light a darker ball or a shorter exposure shows.
+    /// Number of clipped regions whose light a darker ball or a bracketed exposure shows.
     pub bracketed_regions: usize,
-    /// The paper as the light explains it ÷ as it is, per channel.
+    /// Irradiance of the paper as explained by the light ÷ as it is, per channel.
     pub paper_ratio: Vec3,
-    /// Ratio of the largest to the smallest scale of the equations; large where regions cannot be told apart.
+    /// Ratio of the largest to the smallest scale of the equations; large where regions cannot be distinguished.
     pub condition: f32,
     pub(super) sky: Vec<RadianceCell>,
 }
 
-/// A light and a region this close are the same, radians beyond the light's radius.
+/// Largest distance between a light's rim and a region that counts as the same light, radians.
 const MAX_REGION_OFFSET: f32 = 0.07;
 
 impl SolvedLight {
-    /// The sky in small pieces: direction (world space, unit), steradian, radiance in linear camera units with clipped light
-    /// recovered.
+    /// The sky in small cells: direction (world space, unit), solid angle in steradian, and radiance in linear camera
+    /// units with clipped light recovered.
     pub fn sky(&self) -> impl Iterator<Item = (Vec3, f32, Vec3)> {
         self.sky.iter().zip(&self.gains).map(|(cell, gain)| (cell.dir_world, cell.solid_angle, cell.radiance(*gain)))
     }
 
-    /// Irradiance ÷ π at a surface that sees all of the sky about its normal (world space, unit), linear camera units: what a
-    /// white surface of that orientation would shine with.
+    /// Irradiance ÷ π at an unoccluded surface with a normal (world space, unit), linear camera units: the radiance of
+    /// a white surface of that orientation.
     pub fn irradiance(&self, normal_world: Vec3) -> Vec3 {
         let lit =
             self.sky().map(|(dir, solid_angle, radiance)| radiance * (solid_angle * dir.dot(normal_world).max(0.0)));
         lit.sum::<Vec3>() / PI
     }
 
-    /// Compact parts of the sky that are much brighter than the rest, strongest first, with the places that the desk tells of.
+    /// Compact parts of the sky that are much brighter than the rest, strongest first, with the positions that the desk
+    /// reveals.
     pub fn lights(&self) -> Vec<DetectedLight> {
         let mut lights = detect_lights(&self.sky, &self.gains);
         for light in &mut lights {
@@ -76,10 +78,10 @@ impl SolvedLight {
     }
 }
 
-/// Cells beside a region take its gain, since its edge runs through them: twice around.
+/// Rings of cells around a region that take its gain, because the edge of the light runs through them.
 const DILATION_ROUNDS: usize = 2;
 
-/// Gain of every cell of the sky from those of the regions.
+/// Gain of every cell of the sky, from the gains of the regions.
 pub(super) fn cell_gains(
     sky: &[RadianceCell],
     regions: &[Region],

@@ -1,7 +1,7 @@
-//! Where a light is, from its mirror images in two balls.
+//! Triangulation of lights from their mirror images in two balls.
 //!
-//! A light far away is mirrored from the same direction by both, a near one from directions that meet. What is compared is the
-//! picture itself: the middle of the pixels in each ball that are brighter than white paper could be.
+//! Two balls mirror a distant light from the same direction and a near light from directions that intersect. The
+//! comparison uses the frame itself: the center of the pixels in each ball that are brighter than white paper could be.
 
 use super::{
     desk_frame::{DeskFrame, MirrorBall},
@@ -13,32 +13,33 @@ use super::{
 use crate::probe::{BallView, EDGE_MARGIN_PIXELS};
 use bevy::prelude::*;
 
-/// The sky about a light is looked at in steps of this angle, radians.
+/// Angle between samples of the sky around a light, radians.
 const STEP: f32 = 0.006;
-/// How far about a light, radians beyond its radius.
+/// Margin of the sampled area beyond a light's radius, radians.
 const MARGIN: f32 = 0.06;
-/// Lights as near as a third of a metre are mirrored by so different directions, radians.
+/// Largest angle between the directions from two balls to a light, radians. Reached by lights at a third of a meter.
 const MAX_PARALLAX: f32 = 0.5;
-/// The middle of an image is known to this share of a pixel.
+/// Uncertainty of the center of an image, pixels.
 const CENTROID_SIGMA_PIXELS: f32 = 0.3;
-/// Directions have to differ by this many times their uncertainty for a place to be told.
+/// Smallest parallax, in units of its uncertainty, at which a position is estimated.
 const MIN_PARALLAX_SIGMAS: f32 = 3.0;
-/// Rays of one light pass each other at this many times their uncertainty at most.
+/// Largest angle at which rays of the same light pass each other, in units of its uncertainty.
 const MAX_MISS_SIGMAS: f32 = 4.0;
 
-/// An image of a light in a ball.
+/// Image of a light in a ball.
 #[derive(Clone, Copy)]
 struct LightImage {
     /// Point of the ball, world space.
     origin: Vec3,
-    /// Towards the light, world space, unit.
+    /// Direction to the light, world space, unit.
     dir: Vec3,
     /// Uncertainty of the direction, radians.
     sigma: f32,
 }
 
 impl DeskFrame {
-    /// The lights of a solution for this picture, strongest first: [`SolvedLight::lights`] with the places that a second ball tells of.
+    /// Lights of a solution for this frame, strongest first: [`SolvedLight::lights`] with the positions that a second
+    /// ball reveals.
     pub fn lights(&self, solved: &SolvedLight) -> Vec<DetectedLight> {
         let mut lights = solved.lights();
         triangulate(self, &mut lights);
@@ -46,7 +47,7 @@ impl DeskFrame {
     }
 }
 
-/// Places lights that two balls show from different directions.
+/// Sets the position of lights that two balls show from different directions.
 fn triangulate(desk: &DeskFrame, lights: &mut [DetectedLight]) {
     let mut placed = vec![None; lights.len()];
     for other in &desk.other_balls {
@@ -55,7 +56,7 @@ fn triangulate(desk: &DeskFrame, lights: &mut [DetectedLight]) {
             let Some(first) = light_image(desk, &desk.ball, light.direction, light.angular_radius + MARGIN) else {
                 continue;
             };
-            // Of several lights the one that meets this ray at the least parallax.
+            // Of several lights, the one whose ray passes this ray most closely counts.
             let intersections = candidates.iter().filter(|dir| dir.angle_between(light.direction) < MAX_PARALLAX);
             let intersections = intersections.filter_map(|dir| {
                 let second = light_image(desk, other, *dir, light.angular_radius + MARGIN)?;
@@ -77,7 +78,7 @@ fn triangulate(desk: &DeskFrame, lights: &mut [DetectedLight]) {
     }
 }
 
-/// Towards the middles of what a ball shows brighter than white.
+/// Directions to the centers of what a ball shows brighter than white.
 fn bright_directions(desk: &DeskFrame, ball: &MirrorBall) -> Vec<Vec3> {
     let Some(view) = BallView::new(desk.camera_from_world.transform_point3(ball.center), ball.radius) else {
         return Vec::new();
@@ -89,11 +90,11 @@ fn bright_directions(desk: &DeskFrame, ball: &MirrorBall) -> Vec<Vec3> {
     connected_groups(&bright, &sky).into_iter().map(|cells| Region::new(cells, &sky, &weight).dir_world).collect()
 }
 
-/// Two rays at their closest.
+/// Closest approach of two rays.
 struct Intersection {
-    /// How far they pass each other, angle in units of its uncertainty.
+    /// Angle at which the rays pass each other, in units of its uncertainty.
     miss: f32,
-    /// Where; `None` if they are parallel as far as one can tell.
+    /// Position; `None` if the rays are parallel within their uncertainty.
     position: Option<Vec3>,
 }
 
@@ -101,7 +102,7 @@ fn intersect(a: LightImage, b: LightImage) -> Option<Intersection> {
     let between = b.origin - a.origin;
     let cos = a.dir.dot(b.dir);
     let sigma = (a.sigma * a.sigma + b.sigma * b.sigma).sqrt();
-    // The part of the baseline that a light at some distance turns into parallax lies in the plane of both.
+    // The baseline and the rays span the plane in which a light's distance causes parallax.
     let parallax = a.dir.angle_between(b.dir);
     let normal = a.dir.cross(between).normalize_or_zero();
     let miss = b.dir.dot(normal).abs() / sigma;
@@ -115,7 +116,7 @@ fn intersect(a: LightImage, b: LightImage) -> Option<Intersection> {
     (along_a > 0.0 && along_b > 0.0).then_some(Intersection { miss, position: Some(middle) })
 }
 
-/// The middle of what is brighter than white about a direction.
+/// Center of what is brighter than white around a direction.
 fn light_image(desk: &DeskFrame, ball: &MirrorBall, dir_world: Vec3, reach: f32) -> Option<LightImage> {
     let view = BallView::new(desk.camera_from_world.transform_point3(ball.center), ball.radius)?;
     let ball_in_frame = BallInFrame::new(desk.posed_frame(), ball, &view);
@@ -123,7 +124,7 @@ fn light_image(desk: &DeskFrame, ball: &MirrorBall, dir_world: Vec3, reach: f32)
     let white = 0.98 / desk.ball.reflectance;
     let steps = (reach / STEP).ceil() as i32;
     let mut dir = dir_world;
-    // The window follows what it finds.
+    // The window moves to the center that it finds.
     for _ in 0..3 {
         let (right, up) = dir.any_orthonormal_pair();
         let mut sum = Vec3::ZERO;
@@ -135,7 +136,7 @@ fn light_image(desk: &DeskFrame, ball: &MirrorBall, dir_world: Vec3, reach: f32)
                 }
                 let at = (dir + across.x * right + across.y * up).normalize();
                 let brightness = ball_in_frame.radiance(at, edge_angle)?.max_element();
-                // As the bright ball clips, so that both see the same shape.
+                // Clamped at the level where the bright ball clips, so that both balls show the same shape.
                 sum += at * (brightness / white - 0.5).clamp(0.0, 0.5);
             }
         }
