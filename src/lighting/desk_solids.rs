@@ -54,8 +54,8 @@ pub(super) fn collect_phantoms(
             let is_valid = reflectance.cmpgt(Vec3::ZERO).all() && reflectance.cmple(Vec3::ONE).all();
             if !is_valid {
                 warn!(
-                    "PhantomObject.reflectance is {reflectance}, which is ignored; each channel has to be above 0 and at \
-                     most 1"
+                    "PhantomObject.reflectance is {reflectance}, which is ignored; each channel has to be above 0 \
+                     and at most 1"
                 );
             }
             is_valid

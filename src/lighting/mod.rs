@@ -12,7 +12,8 @@
 //! most some 20°. The unknowns are the gain of each region and the albedo of each surface; the equation of a point is
 //!
 //! ```text
-//! π · radiance in the frame ÷ albedo = irradiance of what is not clipped + Σ regions (gain − 1) · irradiance of the region
+//! π · radiance in the frame ÷ albedo
+//!     = irradiance of what is not clipped + Σ regions (gain − 1) · irradiance of the region
 //! ```
 //!
 //! The paper's albedo is known and gives the absolute scale. All other albedos cancel: the regions are distinguished by
@@ -93,6 +94,7 @@ mod bracketing;
 mod clip_gains;
 mod desk_solids;
 mod recover;
+mod solve_job;
 pub mod solver;
 mod track_lights;
 

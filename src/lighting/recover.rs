@@ -4,9 +4,8 @@ use super::{
     ClipGains, SelfCheck,
     bracketing::BracketedPoses,
     desk_solids::DeskSolids,
-    solver::{
-        DeskFrame, DetectedLight, MirrorBall, Paper, SolvedLight, SolverCache, self_check, solve_light, unsolved_light,
-    },
+    solve_job::{SolveInputs, SolveJob, SolveKey, SolveResult, mirror_ball},
+    solver::{DetectedLight, MirrorBall, Paper, SolvedLight, SolverCache},
 };
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
@@ -19,10 +18,7 @@ use bevy::{
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
 };
-use std::{
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::{sync::Arc, time::Duration};
 
 /// Light of the newest frame that has been solved, on the entity of its [`LightProbeSphere`].
 ///
@@ -43,44 +39,6 @@ pub struct RecoveredLight {
     pub cpu_time: Duration,
 }
 
-/// Inputs of a solution. While they stay the same, the frame is not solved again.
-#[derive(Clone, PartialEq)]
-struct SolveKey {
-    sequence: u64,
-    /// Address of the list of solids.
-    solids: usize,
-    probe: LightProbeSphere,
-    others: Vec<MirrorBall>,
-    recovery: ClipRecovery,
-    center: Vec3,
-    gain: Vec3,
-    exposures: Vec<f32>,
-}
-
-/// Everything that a background task needs to solve one frame.
-struct SolveJob {
-    sequence: u64,
-    desk: DeskFrame,
-    /// Whether clipped light is to be recovered from the desk.
-    is_wanted: bool,
-    /// Gain by the paper, for frames that are not solved.
-    gain: Vec3,
-    up_world: Vec3,
-    /// Light that is on display, with its strongest light.
-    shown: Option<(Arc<SolvedLight>, Option<DetectedLight>)>,
-    cache: SolverCache,
-}
-
-struct SolveResult {
-    sequence: u64,
-    light: Option<SolvedLight>,
-    is_solved: bool,
-    lights: Vec<DetectedLight>,
-    check: Option<(f32, Option<f32>)>,
-    cache: SolverCache,
-    cpu_time: Duration,
-}
-
 /// State of the solver, on the entity of a probe.
 #[derive(Component, Default)]
 pub(super) struct ProbeSolver {
@@ -89,11 +47,6 @@ pub(super) struct ProbeSolver {
     /// Inputs of the newest job.
     key: Option<SolveKey>,
 }
-
-/// Fewest points on phantoms for a solution to be trusted. With fewer, one gain from the paper is as good.
-const MIN_PHANTOM_POINTS: usize = 20;
-/// Largest residual of a trusted solution. Above it, the phantoms do not describe the real desk.
-const MAX_RESIDUAL: f32 = 0.2;
 
 #[derive(QueryData)]
 #[query_data(mutable)]
@@ -146,17 +99,17 @@ pub(super) fn recover_lights(
         }
         let is_other = |(other, _, sequence): &&(Entity, _, u64)| *other != entity && *sequence == frame.sequence;
         let other_balls: Vec<MirrorBall> = balls.iter().filter(is_other).map(|(_, ball, _)| *ball).collect();
-        let bracketed_exposures = brackets.exposures(transform);
-        let key = SolveKey {
-            sequence: frame.sequence,
-            solids: Arc::as_ptr(&desk.solids).addr(),
-            probe: *sphere,
-            others: other_balls.clone(),
-            recovery: *recovery,
-            center: transform.translation(),
-            gain: measurement.gain,
-            exposures: bracketed_exposures.iter().map(|bracketed| bracketed.exposure).collect(),
+        let inputs = SolveInputs {
+            sphere,
+            recovery,
+            transform,
+            measurement,
+            frame,
+            other_balls,
+            bracketed_exposures: brackets.exposures(transform),
+            solids: &desk.solids,
         };
+        let key = inputs.key();
         if solver.key.as_ref() == Some(&key) {
             continue;
         }
@@ -167,25 +120,14 @@ pub(super) fn recover_lights(
         if is_wanted && papers.is_empty() && has_gains {
             continue;
         }
+        let up = |paper: &Paper| paper.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
         let job = SolveJob {
             sequence: frame.sequence,
             is_wanted,
             gain: measurement.gain,
-            up_world: papers
-                .first()
-                .map_or(Vec3::Y, |p| p.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero()),
+            up_world: papers.first().map_or(Vec3::Y, up),
             shown: recovered.map(|recovered| (recovered.light.clone(), recovered.lights.first().copied())),
-            desk: DeskFrame {
-                frame: frame.pixels.clone(),
-                intrinsics: ar_camera.intrinsics_for(frame),
-                camera_from_world: world_from_camera.inverse(),
-                ball: mirror_ball(sphere, transform),
-                other_balls,
-                bracketed_exposures,
-                papers,
-                phantoms: desk.solids.clone(),
-                max_gain: recovery.max_gain,
-            },
+            desk: inputs.into_desk_frame(ar_camera, world_from_camera, papers),
             cache: solver.cache.take().unwrap_or_default(),
         };
         solver.key = Some(key);
@@ -195,15 +137,6 @@ pub(super) fn recover_lights(
             let task = async move { job.run() };
             solver.running = Some(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(task));
         }
-    }
-}
-
-fn mirror_ball(probe: &LightProbeSphere, transform: &GlobalTransform) -> MirrorBall {
-    MirrorBall {
-        center: transform.translation(),
-        radius: probe.radius,
-        reflectance: probe.reflectance.clamp(0.01, 1.0),
-        surface: probe.surface,
     }
 }
 
@@ -227,19 +160,6 @@ fn papers_in(
         .collect()
 }
 
-impl SolveJob {
-    fn run(self) -> SolveResult {
-        let Self { sequence, desk, is_wanted, gain, up_world, shown, mut cache } = self;
-        let started = Instant::now();
-        let check = shown.and_then(|(light, key_light)| self_check::compare_ball(&desk, &light, key_light.as_ref()));
-        let solved = if is_wanted { solve_light(&desk, &mut cache).filter(is_trusted) } else { None };
-        let is_solved = solved.is_some();
-        let light = solved.or_else(|| unsolved_light(&desk, gain, up_world));
-        let lights = light.as_ref().map(|light| desk.lights(light)).unwrap_or_default();
-        SolveResult { sequence, light, is_solved, lights, check, cache, cpu_time: started.elapsed() }
-    }
-}
-
 fn publish(commands: &mut Commands, entity: Entity, solver: &mut ProbeSolver, result: SolveResult) {
     solver.cache = Some(result.cache);
     let SolveResult { is_solved, sequence, lights, cpu_time, .. } = result;
@@ -256,10 +176,4 @@ fn publish(commands: &mut Commands, entity: Entity, solver: &mut ProbeSolver, re
         entity.remove::<ClipGains>();
     }
     entity.insert(RecoveredLight { sequence, light: Arc::new(light), is_solved, lights, cpu_time });
-}
-
-/// Whether a solution rests on enough of the desk and explains it, or darker views show most of the clipped lights.
-fn is_trusted(light: &SolvedLight) -> bool {
-    let is_desk_seen = light.points >= light.paper_points + MIN_PHANTOM_POINTS && light.residual <= MAX_RESIDUAL;
-    is_desk_seen || light.bracketed_regions > light.regions.len() / 2
 }

@@ -119,10 +119,12 @@ pub(super) struct DeskGeometry<'a> {
 }
 
 impl DeskGeometry<'_> {
+    /// Whether a ball blocks a ray.
     pub(super) fn is_hidden_by_ball(&self, origin: Vec3, dir: Vec3) -> bool {
         self.balls.iter().any(|ball| sphere_is_hit(ball.center - origin, ball.radius, dir))
     }
 
+    /// Whether a ball or a phantom that casts shadows blocks a ray. `guesses` holds the triangle last hit, per phantom.
     pub(super) fn is_hidden(&self, origin: Vec3, dir: Vec3, guesses: &mut [usize]) -> bool {
         let mut phantoms = self.phantoms.iter().zip(guesses);
         self.is_hidden_by_ball(origin, dir)

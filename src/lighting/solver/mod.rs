@@ -6,24 +6,24 @@
 //! method is described in [`lighting`](super).
 
 mod albedos;
-pub(super) mod camera_match;
+mod ball_reflection;
 mod bracketed_views;
 mod desk_frame;
-mod equations;
 mod detect_lights;
-mod robust_fit;
+mod equations;
 mod least_squares;
 mod light_transport;
-mod sample_points;
-mod ball_reflection;
 mod near_light;
+mod radiance_cells;
 mod ray_cast;
 mod regions;
-pub(super) mod self_check;
-mod radiance_cells;
+mod robust_fit;
+mod sample_points;
 mod solve;
 mod solved_light;
 mod triangulate;
+pub(super) mod camera_match;
+pub(super) mod self_check;
 
 pub use desk_frame::{BracketedExposure, DeskFrame, MirrorBall, Paper};
 pub use detect_lights::DetectedLight;
