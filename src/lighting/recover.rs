@@ -1,11 +1,11 @@
 //! Runs the solver on new frames, in the background.
 
 use super::{
-    ClipGains, SelfCheck,
     bracketing::BracketedPoses,
+    clip_gains::ClipGains,
     desk_solids::DeskSolids,
     solve_job::{SolveInputs, SolveJob, SolveKey, SolveResult, mirror_ball},
-    solver::{DetectedLight, MirrorBall, Paper, SolvedLight, SolverCache},
+    solver::{DetectedLight, MirrorBall, Paper, SolvedLight, SolverCache, self_check::SelfCheck},
 };
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},

@@ -41,6 +41,7 @@ pub(super) struct SolveKey {
 }
 
 impl SolveInputs<'_> {
+    /// Key that identifies these inputs.
     pub(super) fn key(&self) -> SolveKey {
         SolveKey {
             sequence: self.frame.sequence,
@@ -54,6 +55,7 @@ impl SolveInputs<'_> {
         }
     }
 
+    /// Input of the solver.
     pub(super) fn into_desk_frame(
         self,
         camera: &ArCamera,
