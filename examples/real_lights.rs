@@ -179,13 +179,13 @@ fn show_arrows(
 }
 
 fn length(light: &RealLight) -> f32 {
-    0.04 + 0.12 * light.share.sqrt()
+    0.04 + 0.12 * light.fraction.sqrt()
 }
 
 fn write_labels(app: &mut App, picture: &mut image::RgbImage, intrinsics: Intrinsics) {
     let world = app.world_mut();
     let mut lights: Vec<RealLight> = world.query::<&RealLight>().iter(world).copied().collect();
-    lights.sort_by(|a, b| b.share.total_cmp(&a.share));
+    lights.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
     let Some(pose) = world.query::<&MarkerTracking>().iter(world).find_map(|tracking| tracking.camera_from_marker)
     else {
         return;
@@ -199,11 +199,11 @@ fn write_labels(app: &mut App, picture: &mut image::RgbImage, intrinsics: Intrin
             light.id,
             light.position.map_or("far away".into(), |position| format!("{:.1} m away", position.distance(TARGET))),
             light.angular_radius.to_degrees(),
-            100.0 * light.share
+            100.0 * light.fraction
         );
         let end = TARGET + light.direction * (0.085 + length(&light));
         if let Some(pixel) = intrinsics.project(pose.transform_point(end).into()) {
-            let label = format!("{}: {:.0}% {elevation:.0}°", light.id, 100.0 * light.share);
+            let label = format!("{}: {:.0}% {elevation:.0}°", light.id, 100.0 * light.fraction);
             let size = IVec2::new(8 * label.chars().count() as i32 + 2, 15);
             let mut at = pixel.as_ivec2() - IVec2::new(size.x / 2, 10);
             while let Some((other, _)) = labels

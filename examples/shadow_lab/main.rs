@@ -232,7 +232,7 @@ fn light_up(
         color: LinearRgba::WHITE,
         irradiance: lamp.strength,
         angular_radius: lamp.radius,
-        share: lamp.strength / (1.0 + lamp.strength),
+        fraction: lamp.strength / (1.0 + lamp.strength),
     });
     commands.entity(camera).insert(LiveEnvironment::new(cube).with_refresh(Refresh::OnChange));
     *painted = Some(lamp);

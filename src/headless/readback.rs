@@ -1,7 +1,7 @@
 //! Readback of textures from the GPU to the CPU.
 
 use super::{HeadlessError, update};
-use crate::device::{self, DeviceState, PATIENCE};
+use crate::device::{self, DeviceState, MAX_BUSY_TIME};
 use bevy::{
     ecs::observer::On,
     prelude::*,
@@ -77,7 +77,7 @@ pub fn record(
     app.world_mut().entity_mut(request).remove::<Readback>();
     let paused = pause_cameras(app.world_mut());
     if outcome.is_ok() {
-        outcome = wait_for_readbacks(app, PATIENCE, |app| take_arrived(app) as usize, frames as usize);
+        outcome = wait_for_readbacks(app, MAX_BUSY_TIME, |app| take_arrived(app) as usize, frames as usize);
     }
     for camera in paused {
         if let Some(mut camera) = app.world_mut().get_mut::<Camera>(camera) {

@@ -1,7 +1,7 @@
 //! Rendering until a condition is met.
 
 use super::{HeadlessError, update};
-use crate::device::{self, DeviceState, PATIENCE};
+use crate::device::{self, DeviceState, MAX_BUSY_TIME};
 use bevy::{
     platform::collections::HashSet,
     prelude::*,
@@ -32,8 +32,8 @@ pub fn update_until(
         update(app)?;
         // Frames are submitted faster than a slow device finishes them. Without waiting here, the backlog would look like
         // a device that hangs.
-        match app.world().get_resource::<RenderDevice>().map(|device| device::wait(device, PATIENCE)) {
-            Some(DeviceState::Busy) => return Err(HeadlessError::Hung(PATIENCE)),
+        match app.world().get_resource::<RenderDevice>().map(|device| device::wait(device, MAX_BUSY_TIME)) {
+            Some(DeviceState::Busy) => return Err(HeadlessError::Hung(MAX_BUSY_TIME)),
             Some(DeviceState::Lost) => return Err(HeadlessError::Stopped),
             Some(DeviceState::Idle) | None => (),
         }
@@ -54,7 +54,7 @@ pub fn update_until(
 /// As [`update_until`].
 pub fn settle(app: &mut App) -> Result<(), HeadlessError> {
     let mut quiet = 0;
-    update_until(app, "loading all shaders", PATIENCE, |app| {
+    update_until(app, "loading all shaders", MAX_BUSY_TIME, |app| {
         let pipelines = app.get_sub_app(RenderApp).and_then(|app| app.world().get_resource::<PipelineCache>());
         let is_waiting = pipelines.is_some_and(has_loading_pipelines);
         quiet = if is_waiting { 0 } else { quiet + 1 };

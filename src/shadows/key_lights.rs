@@ -109,7 +109,7 @@ mod tests {
             color: LinearRgba::WHITE,
             irradiance,
             angular_radius,
-            share: 0.1,
+            fraction: 0.1,
         }
     }
 

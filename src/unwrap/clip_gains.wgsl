@@ -7,7 +7,7 @@
 /// Cells along an edge of the cube of gains, `ClipGains::EDGE`.
 const GAINS_EDGE: u32 = 32u;
 
-/// Index of a world direction among the gains. Twin of `cell_index` in `sky.rs`.
+/// Index of a world direction among the gains. Twin of `cell_index` in `radiance_cells.rs`.
 fn sky_cell(dir: vec3f) -> u32 {
     let size = abs(dir);
     var along = dir.zxy;

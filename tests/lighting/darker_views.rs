@@ -6,8 +6,10 @@ use bevy::{prelude::*, time::TimeUpdateStrategy};
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     lighting::{
-        DeskPicture, LightingPlugin, MirrorBall, Paper, RecoveredLight, ShorterExposure, SolvedLight, SolvedRegion,
-        SolverCache, solve_light,
+        LightingPlugin, RecoveredLight,
+        solver::{
+            BracketedExposure, DeskFrame, MirrorBall, Paper, SolvedLight, SolvedRegion, SolverCache, solve_light,
+        },
     },
     phantom::PhantomPlugin,
     prelude::*,
@@ -33,10 +35,14 @@ fn a_dark_ball_tells_how_bright_the_lamps_are_without_the_desk() {
         desk.lamps = lamps.map(|(dir, radiance)| Lamp::far(dir, 0.16, radiance)).to_vec();
         desk.balls.push(MirrorBall { center, radius: 0.035, reflectance: 0.04, surface });
         let both = desk.picture();
-        let alone = DeskPicture { other_balls: Vec::new(), ..both.clone() };
+        let alone = DeskFrame { other_balls: Vec::new(), ..both.clone() };
         let off = [alone, both].map(|picture| {
             let solved = solve_light(&picture, &mut SolverCache::default()).expect("balls and paper are in view");
-            println!("{surface:?}: {} of {} regions read in the dark ball", solved.dark_readings, solved.regions.len());
+            println!(
+                "{surface:?}: {} of {} regions read in the dark ball",
+                solved.bracketed_regions,
+                solved.regions.len()
+            );
             normals().map(|normal| {
                 let truth = desk.irradiance_from_above(normal);
                 ((irradiance_from_above(&solved, normal) - truth) / truth).abs().max_element()
@@ -62,7 +68,7 @@ const BOUND_LAMP_TOLERANCE: f32 = 0.1;
 
 /// Three lamps, 90, 18 and 4 times white in the picture, and how shorter exposures tell of them.
 struct Series {
-    alone: DeskPicture,
+    alone: DeskFrame,
     desk: TracedDesk<'static>,
 }
 
@@ -89,9 +95,9 @@ impl Series {
     }
 
     /// How far off each lamp is, and the worst of eight surfaces.
-    fn off(&self, shorter_exposures: Vec<ShorterExposure>) -> ([f32; 3], f32) {
-        let exposures: Vec<f32> = shorter_exposures.iter().map(|shorter| shorter.exposure).collect();
-        let picture = DeskPicture { shorter_exposures, ..self.alone.clone() };
+    fn off(&self, bracketed_exposures: Vec<BracketedExposure>) -> ([f32; 3], f32) {
+        let exposures: Vec<f32> = bracketed_exposures.iter().map(|shorter| shorter.exposure).collect();
+        let picture = DeskFrame { bracketed_exposures, ..self.alone.clone() };
         let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
         let lamps = self.lamps_off(&solved);
         let surfaces = normals().map(|normal| {
@@ -101,13 +107,13 @@ impl Series {
         let worst = surfaces.into_iter().fold(0.0, f32::max);
         println!(
             "exposures {exposures:.3?}: lamps {lamps:+.3?}, worst surface {worst:.3}, {} of {} pieces read",
-            solved.dark_readings,
+            solved.bracketed_regions,
             solved.regions.len()
         );
         (lamps, worst)
     }
 
-    fn assert_told(&self, shorter: Vec<ShorterExposure>) {
+    fn assert_told(&self, shorter: Vec<BracketedExposure>) {
         let (lamps, worst) = self.off(shorter);
         assert!(lamps.iter().all(|off| off.abs() <= SERIES_LAMP_TOLERANCE) && worst <= SERIES_TOLERANCE);
     }
@@ -125,7 +131,7 @@ fn a_series_of_exposures_tells_how_bright_each_lamp_is_without_the_desk() {
     elsewhere.eye += Vec3::new(0.03, 0.02, -0.01);
     elsewhere.size = UVec2::new(640, 360);
     let camera_from_world = Some(elsewhere.picture().camera_from_world);
-    let shorter = [0.008, 0.125].map(|exposure| ShorterExposure { camera_from_world, ..elsewhere.shorter(exposure) });
+    let shorter = [0.008, 0.125].map(|exposure| BracketedExposure { camera_from_world, ..elsewhere.shorter(exposure) });
     series.assert_told(shorter.to_vec());
 }
 
@@ -133,7 +139,7 @@ fn a_series_of_exposures_tells_how_bright_each_lamp_is_without_the_desk() {
 struct KnownMarker(DetectedMarker);
 
 impl KnownMarker {
-    fn of(picture: &DeskPicture) -> MarkerDetection {
+    fn of(picture: &DeskFrame) -> MarkerDetection {
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| {
             let pos_camera = picture.camera_from_world.transform_point3(0.05 * Vec3::new(x, 0.0, z));
             picture.intrinsics.project(pos_camera).expect("is in view").as_dvec2()
@@ -206,9 +212,9 @@ fn what_a_shorter_exposure_clips_too_is_a_lower_bound() {
     assert!(others.iter().all(|off| off.abs() <= SERIES_LAMP_TOLERANCE));
     // The least that the bound leaves to a paper that calls for little light.
     let gain = |shorter: &[f32], reflectance: f32| {
-        let shorter_exposures = shorter.iter().map(|exposure| series.desk.shorter(*exposure)).collect();
+        let bracketed_exposures = shorter.iter().map(|exposure| series.desk.shorter(*exposure)).collect();
         let papers = series.alone.papers.iter().map(|paper| Paper { reflectance, ..*paper }).collect();
-        let picture = DeskPicture { shorter_exposures, papers, ..series.alone.clone() };
+        let picture = DeskFrame { bracketed_exposures, papers, ..series.alone.clone() };
         let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
         let towards = Series::LAMPS[0].0.normalize();
         let along = |region: &&SolvedRegion| region.direction.dot(towards);
@@ -226,7 +232,7 @@ fn what_a_shorter_exposure_clips_too_is_a_lower_bound() {
 fn a_shorter_exposure_of_other_light_or_of_another_exposure_than_it_says_is_not_believed() {
     let series = Series::new();
     let without = series.off(Vec::new());
-    let claims = |said: f32| vec![ShorterExposure { exposure: said, ..series.desk.shorter(0.0625) }];
+    let claims = |said: f32| vec![BracketedExposure { exposure: said, ..series.desk.shorter(0.0625) }];
     for said in [0.03, 0.12, 0.0, 1.0, -1.0, f32::NAN] {
         assert_eq!(series.off(claims(said)), without, "{said}");
     }
@@ -235,5 +241,5 @@ fn a_shorter_exposure_of_other_light_or_of_another_exposure_than_it_says_is_not_
     // Of the same camera: its exposure does not change with the light.
     let said = 0.125;
     let shorter = later.shorter(said * series.desk.exposure() / later.exposure());
-    assert_eq!(series.off(vec![ShorterExposure { exposure: said, ..shorter }]), without);
+    assert_eq!(series.off(vec![BracketedExposure { exposure: said, ..shorter }]), without);
 }

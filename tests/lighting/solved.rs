@@ -1,7 +1,7 @@
 //! The light that a solution gives on surfaces.
 
 use bevy::prelude::*;
-use bevy_mirrorball::lighting::SolvedLight;
+use bevy_mirrorball::lighting::solver::SolvedLight;
 
 /// The marker's normal and seven tilted by 53° against it.
 pub(crate) fn normals() -> [Vec3; 8] {

@@ -5,7 +5,7 @@ use crate::sphere::upper_hemisphere;
 use bevy::{math::Affine3A, prelude::*};
 use bevy_mirrorball::{
     camera::{FramePixels, Intrinsics},
-    lighting::{DeskPicture, MirrorBall, Paper, PhantomSolid, ShorterExposure},
+    lighting::solver::{BracketedExposure, DeskFrame, MirrorBall, Paper, PhantomSolid},
     probe::BallSurface,
 };
 use std::{f32::consts::PI, sync::Arc};
@@ -163,14 +163,14 @@ impl<'a> TracedDesk<'a> {
     }
 
     /// The picture; known is what `picture` says.
-    pub(crate) fn picture(&self) -> DeskPicture {
-        DeskPicture {
+    pub(crate) fn picture(&self) -> DeskFrame {
+        DeskFrame {
             frame: Arc::new(self.frame(1.0)),
             intrinsics: self.intrinsics(),
             camera_from_world: self.pose().compute_affine().inverse(),
             ball: self.balls[0],
             other_balls: self.balls[1..].to_vec(),
-            shorter_exposures: Vec::new(),
+            bracketed_exposures: Vec::new(),
             papers: vec![Paper { world_from_marker: Affine3A::IDENTITY, size: 0.1, reflectance: PAPER_REFLECTANCE }],
             phantoms: Arc::default(),
             max_gain: 1000.0,
@@ -178,8 +178,8 @@ impl<'a> TracedDesk<'a> {
     }
 
     /// The same at a shorter exposure.
-    pub(crate) fn shorter(&self, exposure: f32) -> ShorterExposure {
-        ShorterExposure::new(self.frame(exposure), exposure)
+    pub(crate) fn shorter(&self, exposure: f32) -> BracketedExposure {
+        BracketedExposure::new(self.frame(exposure), exposure)
     }
 
     /// What the sensor gathers in an exposure, 1 being the picture's.

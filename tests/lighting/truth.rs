@@ -6,7 +6,7 @@ use bevy::{
 };
 use bevy_mirrorball::{
     camera::{FramePixels, Intrinsics},
-    lighting::{DeskPicture, MirrorBall, Paper, PhantomSolid},
+    lighting::solver::{DeskFrame, MirrorBall, Paper, PhantomSolid},
     probe::BallSurface,
 };
 use serde_json::Value;
@@ -28,7 +28,7 @@ pub(crate) fn sidecar(path: &Path) -> Value {
 }
 
 /// A room as its photograph shows it, with the true pose of the camera.
-pub(crate) fn desk_picture(folder: &Path, room: &str) -> DeskPicture {
+pub(crate) fn desk_picture(folder: &Path, room: &str) -> DeskFrame {
     let truth = sidecar(&folder.join(format!("{room}.json")));
     let frame = FramePixels::open(folder.join(format!("{room}_frame.png"))).expect("the photograph");
     let k = |key: &str| truth["intrinsics"][key].as_f64().expect("a number") as f32;
@@ -44,13 +44,13 @@ pub(crate) fn desk_picture(folder: &Path, room: &str) -> DeskPicture {
         reflectance: number(&truth["ball"]["reflectance"]),
         surface: BallSurface::Mirror,
     };
-    DeskPicture {
+    DeskFrame {
         frame: Arc::new(frame),
         intrinsics,
         camera_from_world: Affine3A::from_mat4(world_from_camera.to_matrix()).inverse(),
         ball,
         other_balls: Vec::new(),
-        shorter_exposures: Vec::new(),
+        bracketed_exposures: Vec::new(),
         papers: vec![Paper {
             world_from_marker: Affine3A::from_translation(Vec3::new(0.0, 0.0006, 0.0)),
             size: number(&truth["marker"]["size_m"]),

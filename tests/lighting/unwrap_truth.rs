@@ -12,7 +12,7 @@ use bevy_mirrorball::{
     environment_map::EnvironmentCube,
     environment_map::{CubePixels, equirect_position},
     headless,
-    lighting::{DeskPicture, MirrorBall},
+    lighting::solver::{DeskFrame, MirrorBall},
     prelude::*,
     probe::{BallSurface, BallView, ClipRecovery, ProbePlugin},
     unwrap::UnwrapPlugin,
@@ -36,7 +36,7 @@ const EDGE_MARGIN_PIXELS: f32 = 1.5;
 const CLIPPED_FROM: u8 = 253;
 
 /// The environment that the ball of a picture shows, without recovery.
-fn unwrap(picture: &DeskPicture) -> Option<CubePixels> {
+fn unwrap(picture: &DeskFrame) -> Option<CubePixels> {
     let mut app = gpu::app(|app| {
         app.add_plugins((CameraPlugin, ProbePlugin, UnwrapPlugin));
     })?;
@@ -52,7 +52,7 @@ fn unwrap(picture: &DeskPicture) -> Option<CubePixels> {
     Some(cubes::read(&mut app, &cube))
 }
 
-fn ball_view(picture: &DeskPicture) -> BallView {
+fn ball_view(picture: &DeskFrame) -> BallView {
     let center = picture.camera_from_world.transform_point3(picture.ball.center);
     BallView::new(center, picture.ball.radius).expect("in front of the camera")
 }
@@ -123,7 +123,7 @@ fn the_ball_sees_the_light_that_the_room_was_made_with() {
 }
 
 /// The picture with every `factor`² pixels mixed into one.
-fn reduced(picture: &DeskPicture, factor: u32) -> DeskPicture {
+fn reduced(picture: &DeskFrame, factor: u32) -> DeskFrame {
     let size = picture.frame.size / factor;
     let pixel = |i: u32| {
         let corner = UVec2::new(i % size.x, i / size.x) * factor;
@@ -134,7 +134,7 @@ fn reduced(picture: &DeskPicture, factor: u32) -> DeskPicture {
         [srgb[0], srgb[1], srgb[2], 255]
     };
     let rgba = (0..size.x * size.y).flat_map(pixel).collect();
-    DeskPicture {
+    DeskFrame {
         frame: FramePixels::new(size, rgba).expect("as many bytes as the size says").into(),
         intrinsics: picture.intrinsics.scaled_to(size),
         ..picture.clone()
@@ -195,7 +195,7 @@ fn the_ball_rendered_from_its_cube_is_the_ball_of_the_photograph() {
 }
 
 /// A ball in a room that is an equirectangular picture, seen from above at an angle.
-fn photograph_in(room: &FramePixels) -> DeskPicture {
+fn photograph_in(room: &FramePixels) -> DeskFrame {
     const SIZE: UVec2 = UVec2::new(360, 360);
     const RAYS: u32 = 2;
     let pose = Transform::from_xyz(0.2, 0.45, 0.5).looking_at(Vec3::ZERO, Vec3::Y);
@@ -215,13 +215,13 @@ fn photograph_in(room: &FramePixels) -> DeskPicture {
         Srgba::from(LinearRgba::from_vec3(sum / (RAYS * RAYS) as f32)).to_u8_array()
     };
     let rgba = (0..SIZE.x * SIZE.y).flat_map(pixel).collect();
-    DeskPicture {
+    DeskFrame {
         frame: FramePixels::new(SIZE, rgba).expect("as many bytes as the size says").into(),
         intrinsics,
         camera_from_world: bevy::math::Affine3A::from_mat4(pose.to_matrix()).inverse(),
         ball: MirrorBall { center: Vec3::ZERO, radius: 0.05, reflectance: 1.0, surface: BallSurface::Mirror },
         other_balls: Vec::new(),
-        shorter_exposures: Vec::new(),
+        bracketed_exposures: Vec::new(),
         papers: Vec::new(),
         phantoms: std::sync::Arc::new(Vec::new()),
         max_gain: 1.0,

@@ -214,7 +214,7 @@ fn a_light_has_its_shadow_map_in_the_frame_in_which_it_is_found() {
                 color: LinearRgba::WHITE,
                 irradiance: 1.0,
                 angular_radius: 0.01,
-                share: 0.5,
+                fraction: 0.5,
             });
         }
     };

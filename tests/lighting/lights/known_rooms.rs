@@ -55,7 +55,7 @@ fn the_key_light_of_the_studio_is_where_it_is() {
     let truth = Vec3::new(elevation.cos() * azimuth.sin(), elevation.sin(), -elevation.cos() * azimuth.cos());
     let degrees = key.direction.angle_between(truth).to_degrees();
     println!("key light {degrees:.2}° off, {key:?}");
-    assert!(degrees <= KEY_LIGHT_DEGREES && key.share > 0.5);
+    assert!(degrees <= KEY_LIGHT_DEGREES && key.fraction > 0.5);
 }
 
 #[test]

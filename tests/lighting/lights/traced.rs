@@ -66,7 +66,7 @@ fn the_strongest_lights_of_measured_maps_are_found_where_the_maps_have_them() {
             let picture = DeskPicture { frame: Arc::new(noisy(&picture.frame, seed)), ..picture.clone() };
             let solved = solve_light(&picture, &mut cache).expect("balls and paper are in view");
             let lights = solved.lights();
-            let degrees = |light: &FoundLight| light.direction.angle_between(truth).to_degrees();
+            let degrees = |light: &DetectedLight| light.direction.angle_between(truth).to_degrees();
             worst = worst.max(lights.iter().map(degrees).fold(f32::MAX, f32::min));
             energies.push(solved.irradiance(truth).element_sum());
         }
@@ -118,11 +118,11 @@ fn two_cameras_are_matched_by_the_paper_both_see() {
         Color::linear_rgb(clipped.x, clipped.y, clipped.z).to_srgba().to_u8_array()
     });
     let frame = Arc::new(FramePixels::new(second.frame.size, bytes.collect()).expect("the same size"));
-    let matched = match_cameras(&first, &DeskPicture { frame, ..second.clone() }).expect("both see the paper");
+    let matched = match_cameras(&first, &DeskFrame { frame, ..second.clone() }).expect("both see the paper");
     println!("{matched:?}");
     assert!((matched.gain * other - 1.0).abs().max_element() <= MATCH_TOLERANCE && matched.scatter < MATCH_TOLERANCE);
     let dark = Arc::new(FramePixels::new(first.frame.size, vec![255; first.frame.rgba.len()]).expect("the same size"));
-    assert_eq!(match_cameras(&first, &DeskPicture { frame: dark, ..second }), None, "clipped paper tells nothing");
+    assert_eq!(match_cameras(&first, &DeskFrame { frame: dark, ..second }), None, "clipped paper tells nothing");
 }
 
 /// Maximum relative error of a lamp with folded paper on the desk.
@@ -139,7 +139,7 @@ fn folded_paper_tells_two_lamps_apart_that_flat_paper_cannot() {
         Tent { foot: Vec3::new(-0.15, 0.0, 0.02), ridge: Vec3::Z, size: Vec3::new(0.1, 0.06, 0.035), reflectance: 0.6 };
     let alone = desk.picture();
     desk.tents = vec![tent];
-    let with_tent = DeskPicture { phantoms: Arc::new(vec![tent.solid(true)]), ..desk.picture() };
+    let with_tent = DeskFrame { phantoms: Arc::new(vec![tent.solid(true)]), ..desk.picture() };
     let off = [alone, with_tent].map(|picture| {
         let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
         lamps.map(|(dir, radiance)| {
@@ -171,7 +171,7 @@ fn two_balls_tell_where_a_near_lamp_is_and_that_a_far_one_is_far() {
         let solved = solve_light(&picture, &mut SolverCache::default()).expect("balls and paper are in view");
         let lights = picture.lights(&solved);
         let nearest = |dir: Vec3| {
-            let angle = |light: &&FoundLight| light.direction.angle_between(dir);
+            let angle = |light: &&DetectedLight| light.direction.angle_between(dir);
             lights.iter().min_by(|a, b| angle(a).total_cmp(&angle(b))).expect("lights are found")
         };
         let to_near = near.position - picture.ball.center;

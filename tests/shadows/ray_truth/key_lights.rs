@@ -39,7 +39,7 @@ fn lamp_and_sky(towards: Vec3) -> (Image, RealLight) {
         color: LinearRgba::WHITE,
         irradiance: 0.1 * radiance * solid_angle,
         angular_radius: LAMP_RADIUS,
-        share: 0.5,
+        fraction: 0.5,
     };
     (image, light)
 }

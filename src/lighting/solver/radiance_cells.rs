@@ -1,7 +1,6 @@
-//! The ball's picture as a cube of small cells, with what of each cell the camera clipped.
+//! Mirror image of the surroundings in the ball, resampled to the cells of a cube, with the clipped part of each cell.
 
-use super::ClipGains;
-use super::meter::MirrorBall;
+use super::desk_frame::MirrorBall;
 use crate::{
     camera::PosedFrame,
     environment_map::cube_directions,
@@ -9,46 +8,47 @@ use crate::{
 };
 use bevy::prelude::*;
 
-/// Cells along an edge of the cube that light is solved on: 2.8° each.
-pub(super) const SKY_EDGE: u32 = ClipGains::EDGE;
+/// Cells along an edge of the cube that light is solved on; 2.8° each.
+pub(crate) const CELLS_PER_EDGE: u32 = 32;
 
-/// A cell of the sky as the ball shows it, radiance in linear camera units.
+/// Radiance of the surroundings in one direction, as the ball shows it, linear camera units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct SkyCell {
-    /// Towards the cell, world space.
+pub(super) struct RadianceCell {
+    /// Direction to the cell, world space.
     pub dir_world: Vec3,
     /// Steradian.
     pub solid_angle: f32,
-    /// Radiance with clipped light taken for white.
+    /// Radiance if clipped light is white.
     pub seen: Vec3,
-    /// The part of it that is clipped and may be any number of times brighter.
+    /// Clipped part of `seen`, whose gain is unlimited.
     pub clipped: Vec3,
-    /// The part of it that is clipped and may be brighter by the factor `limit` at most.
+    /// Clipped part of `seen`, whose gain is at most `limit`.
     pub limited: Vec3,
-    /// At least 1.
+    /// Largest gain of `limited`; at least 1.
     pub limit: Vec3,
 }
 
-impl SkyCell {
+impl RadianceCell {
     /// Radiance if clipped light is multiplied by a gain per channel.
     pub(super) fn radiance(&self, gain: Vec3) -> Vec3 {
         self.seen + (gain - 1.0) * self.clipped + (gain.min(self.limit) - 1.0).max(Vec3::ZERO) * self.limited
     }
 }
 
-/// [`BallView::surface_point`] for many directions: its angles from a table.
-struct SurfacePoints {
+/// Table of angles, in place of [`BallView::surface_point`] for many directions.
+struct SurfacePointTable {
     center_camera: Vec3,
-    /// From the ball to the camera.
+    /// Direction from the ball to the camera.
     axis: Vec3,
     radius: f32,
-    /// Half of the largest mirrored angle, its sine.
+    /// Sine of half of the largest mirrored angle.
     last: f32,
-    /// Sine and cosine of the angle of the ball's normal, by the sine of half of the mirrored angle, evenly spaced up to `last`.
+    /// Sine and cosine of the angle of the ball's normal, evenly spaced up to `last` in the sine of half of the
+    /// mirrored angle.
     normals: Vec<Vec2>,
 }
 
-impl SurfacePoints {
+impl SurfacePointTable {
     const STEPS: usize = 512;
 
     fn new(ball: &BallView, edge_angle: f32) -> Self {
@@ -76,12 +76,12 @@ impl SurfacePoints {
     }
 }
 
-/// Where a ball is looked at.
+/// A mirrored ball in a posed frame.
 #[derive(Clone, Copy)]
 pub(super) struct BallInFrame<'a> {
     pub posed: PosedFrame<'a>,
     pub ball: &'a BallView,
-    /// Share of light the ball mirrors, perpendicular to it.
+    /// Fraction of light that the ball mirrors at normal incidence.
     pub reflectance: f32,
     pub surface: BallSurface,
 }
@@ -91,14 +91,14 @@ impl<'a> BallInFrame<'a> {
         Self { posed, ball: view, reflectance: ball.reflectance, surface: ball.surface }
     }
 
-    /// The sky in cells, in the order of [`cube_directions`].
-    pub(super) fn sky(&self, edge: u32) -> Vec<SkyCell> {
+    /// Radiance of the surroundings in cells, in the order of [`cube_directions`].
+    pub(super) fn radiance_cells(&self, edge: u32) -> Vec<RadianceCell> {
         const SUBSAMPLES: u32 = 2;
         let edge_angle = self.ball.edge_angle(&self.posed.intrinsics, EDGE_MARGIN_PIXELS);
-        let points = SurfacePoints::new(self.ball, edge_angle);
+        let points = SurfacePointTable::new(self.ball, edge_angle);
         cube_directions(edge)
             .map(|(dir_world, solid_angle)| {
-                let mut cell = SkyCell { dir_world, solid_angle, ..default() };
+                let mut cell = RadianceCell { dir_world, solid_angle, ..default() };
                 let step = solid_angle.sqrt() / SUBSAMPLES as f32;
                 let (right, up) = dir_world.any_orthonormal_pair();
                 let mut limits = Vec3::ZERO;
@@ -110,8 +110,8 @@ impl<'a> BallInFrame<'a> {
                     let dir_camera = self.posed.camera_from_world.transform_vector3(dir);
                     let point = points.at(dir_camera);
                     if let Some(pixel) = self.posed.intrinsics.project(point) {
-                        let share = 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32;
-                        self.add_bilinear(&mut cell, &mut limits, pixel, share / self.sensitivity_at(point));
+                        let weight = 1.0 / (SUBSAMPLES * SUBSAMPLES) as f32;
+                        self.add_bilinear(&mut cell, &mut limits, pixel, weight / self.sensitivity_at(point));
                     }
                 }
                 cell.limit = Vec3::from_array(std::array::from_fn(|c| {
@@ -122,14 +122,14 @@ impl<'a> BallInFrame<'a> {
             .collect()
     }
 
-    /// Radiance towards a direction with clipped light taken for white; `None` where the ball does not show it.
+    /// Radiance in a direction if clipped light is white; `None` where the ball does not show it.
     pub(super) fn radiance(&self, dir_world: Vec3, edge_angle: f32) -> Option<Vec3> {
         let dir_camera = self.posed.camera_from_world.transform_vector3(dir_world);
         if (-self.ball.center_camera).angle_between(dir_camera) > edge_angle {
             return None;
         }
         let point = self.ball.surface_point(dir_camera, edge_angle);
-        let (mut cell, mut limits) = (SkyCell::default(), Vec3::ZERO);
+        let (mut cell, mut limits) = (RadianceCell::default(), Vec3::ZERO);
         self.add_bilinear(
             &mut cell,
             &mut limits,
@@ -139,20 +139,20 @@ impl<'a> BallInFrame<'a> {
         Some(cell.seen)
     }
 
-    /// Share of light that a point of the ball (camera space) mirrors to the camera.
+    /// Fraction of light that a point of the ball (camera space) mirrors to the camera.
     pub(super) fn reflectance_at(&self, point_camera: Vec3) -> f32 {
         let normal = (point_camera - self.ball.center_camera) / self.ball.radius;
         self.surface.reflectance_at(self.reflectance, -normal.dot(point_camera.normalize_or_zero()))
     }
 
-    /// What the picture shows of a radiance of 1 by way of a point of the ball.
+    /// Pixel value per unit of radiance that is mirrored at a point of the ball.
     fn sensitivity_at(&self, point_camera: Vec3) -> f32 {
         self.posed.exposure * self.reflectance_at(point_camera)
     }
 
-    fn add_bilinear(&self, cell: &mut SkyCell, limits: &mut Vec3, pixel: Vec2, weight: f32) {
-        for (share, value) in self.posed.bilinear(pixel) {
-            let part = weight * share * value;
+    fn add_bilinear(&self, cell: &mut RadianceCell, limits: &mut Vec3, pixel: Vec2, weight: f32) {
+        for (bilinear, value) in self.posed.bilinear(pixel) {
+            let part = weight * bilinear * value;
             cell.seen += part;
             for (c, limit) in gain_limits(value).into_iter().enumerate() {
                 match limit {
@@ -168,8 +168,8 @@ impl<'a> BallInFrame<'a> {
     }
 }
 
-/// Place of a world direction in a cube of cells, in the order of [`cube_directions`]. Twin of `sky_cell` in
-/// `clip_gains.wgsl`.
+/// Index of the cell of a cube that contains a world direction, in the order of [`cube_directions`]. Twin of `sky_cell`
+/// in `clip_gains.wgsl`.
 pub(super) fn cell_index(dir_world: Vec3, edge: u32) -> usize {
     let size = dir_world.abs();
     let axis = if size.x >= size.y && size.x >= size.z { 0 } else { 2 - u32::from(size.y >= size.z) };
@@ -189,8 +189,8 @@ mod tests {
 
     #[test]
     fn every_cell_is_found_by_its_direction() {
-        for (i, (dir, _)) in cube_directions(SKY_EDGE).enumerate() {
-            assert_eq!(cell_index(dir, SKY_EDGE), i, "{dir}");
+        for (i, (dir, _)) in cube_directions(CELLS_PER_EDGE).enumerate() {
+            assert_eq!(cell_index(dir, CELLS_PER_EDGE), i, "{dir}");
         }
     }
 
@@ -198,8 +198,8 @@ mod tests {
     fn points_of_the_ball_from_the_table_are_those_that_are_solved_for() {
         let ball = BallView { center_camera: Vec3::new(0.1, -0.15, -0.6), radius: 0.05 };
         let edge_angle = 2.7;
-        let points = SurfacePoints::new(&ball, edge_angle);
-        for (dir, _) in cube_directions(SKY_EDGE) {
+        let points = SurfacePointTable::new(&ball, edge_angle);
+        for (dir, _) in cube_directions(CELLS_PER_EDGE) {
             let off = points.at(dir).distance(ball.surface_point(dir, edge_angle));
             assert!(off < 1e-3 * ball.radius, "{dir}: {off}");
         }

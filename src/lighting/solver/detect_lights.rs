@@ -1,63 +1,66 @@
-//! Environment → lights: compact directions much brighter than the rest.
+//! Light detection: compact directions in the environment that are much brighter than the rest.
 
 use super::{
-    regions::{Region, connected},
-    sky::SkyCell,
+    radiance_cells::RadianceCell,
+    regions::{Region, connected_groups},
 };
 use bevy::prelude::*;
 
-/// A light as one picture shows it.
+/// A light, as detected in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FoundLight {
-    /// Towards the light from the ball's center, unit vector in world space.
+pub struct DetectedLight {
+    /// Direction to the light from the center of the ball, unit vector in world space.
     pub direction: Vec3,
-    /// Where it is, world space, metres; `None` if it is far away or the desk does not tell.
+    /// Position in world space, meters; `None` if the light is distant or the desk does not reveal its position.
     pub position: Option<Vec3>,
-    /// Irradiance at a surface that faces it, per channel, linear camera units (radiance · steradian).
+    /// Irradiance at a surface that faces the light, per channel, linear camera units (radiance · steradian).
     pub irradiance: Vec3,
-    /// Half the angle it takes up, in radians: that of a disk with the same variance.
+    /// Half of the angle that the light subtends, radians: that of a disk with the same variance.
     pub angular_radius: f32,
-    /// Its part of all light that arrives, 0…1.
-    pub share: f32,
+    /// Fraction of all light that arrives at the ball, 0…1.
+    pub fraction: f32,
 }
 
-/// Cells this many times as bright as the typical one may belong to a light. Overcast skies vary by a factor of three.
-const LEAST_CONTRAST: f32 = 4.0;
-/// And this many times as bright as the mean.
-const LEAST_OVER_MEAN: f32 = 2.5;
-/// Wider groups of cells (root mean square, radians) are split when that leaves little variance.
-const SPLIT_FROM: f32 = 0.12;
-/// Groups that stay wider are no light but a glow with lights in it: only what stands out of it counts.
-const WIDEST: f32 = 0.35;
-/// Parts of a group are lights of their own if their variance falls below this share.
-const SPLIT_GAIN: f32 = 0.45;
-/// A light is this many times as bright as what surrounds it; a wide bright sky is none.
-const LEAST_OVER_SURROUNDINGS: f32 = 2.5;
-/// How far the surroundings reach from a light's rim, radians.
-const SURROUNDINGS: f32 = 0.35;
-/// A light's direction is that of what exceeds this share of its brightest cell.
-const CORE_FROM: f32 = 0.25;
-/// Lights closer than this are one, radians.
-const MERGE_WITHIN: f32 = 0.12;
-/// Fainter lights are not counted, share of all light.
-pub(super) const LEAST_SHARE: f32 = 0.01;
-/// Most lights that are reported.
-const MOST_LIGHTS: usize = 12;
-/// The smallest angular radius that cells of a few degrees can tell, radians.
-const SMALLEST_RADIUS: f32 = 0.01;
+/// Smallest brightness of a light's cells relative to the median. Overcast skies vary by a factor of three.
+const MIN_CONTRAST: f32 = 4.0;
+/// Smallest brightness of a light's cells relative to the mean.
+const MIN_OVER_MEAN: f32 = 2.5;
+/// Largest root mean square radius of a group that is never split, radians. Wider groups are split if that leaves
+/// little variance.
+const MAX_UNSPLIT_RMS_RADIUS: f32 = 0.12;
+/// Largest root mean square radius of a light, radians. A wider group that cannot be split is a glow, in which only the
+/// brightest cells count.
+const MAX_LIGHT_RMS_RADIUS: f32 = 0.35;
+/// Largest variance of the parts of a group, relative to that of the group, at which they are separate lights.
+const MAX_SPLIT_VARIANCE: f32 = 0.45;
+/// Smallest brightness of a light relative to its surroundings. Excludes wide bright skies.
+const MIN_OVER_SURROUNDINGS: f32 = 2.5;
+/// Width of the surroundings beyond a light's rim, radians.
+const SURROUNDINGS_WIDTH: f32 = 0.35;
+/// Smallest brightness, relative to the brightest cell, of the cells that determine a light's direction.
+const MIN_CORE_BRIGHTNESS: f32 = 0.25;
+/// Largest distance at which two groups are merged, radians.
+const MAX_MERGE_DISTANCE: f32 = 0.12;
+/// Smallest fraction of all light that a light has to have.
+pub(in crate::lighting) const MIN_LIGHT_FRACTION: f32 = 0.01;
+/// Largest number of lights.
+const MAX_LIGHTS: usize = 12;
+/// Smallest angular radius that cells of a few degrees can resolve, radians.
+const MIN_ANGULAR_RADIUS: f32 = 0.01;
 
 fn luminance(radiance: Vec3) -> f32 {
     radiance.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// Rounds: what is left beside the lights found so far is looked at with its own, lower mean.
+/// Detection rounds. Each looks for fainter lights in the remaining cells, which have a lower mean.
 const ROUNDS: usize = 4;
 
-/// The lights of a sky whose clipped parts have been recovered, strongest first.
+/// Detects the lights of a sky whose clipped parts have been recovered, strongest first.
 ///
-/// Cells well above the median and the mean are grouped, groups are split where that leaves little of their variance (as median
-/// cut does with its boxes), and what lies close together is merged. Then the same again without them, for fainter lights.
-pub(super) fn find_lights(sky: &[SkyCell], gains: &[Vec3]) -> Vec<FoundLight> {
+/// Cells well above the median and the mean are grouped, groups are split where that leaves little of their variance
+/// (as median cut does with its boxes), and neighboring groups are merged. This repeats without the detected lights,
+/// for fainter ones.
+pub(super) fn detect_lights(sky: &[RadianceCell], gains: &[Vec3]) -> Vec<DetectedLight> {
     let radiance: Vec<Vec3> = sky.iter().zip(gains).map(|(cell, gain)| cell.radiance(*gain)).collect();
     let brightness: Vec<f32> = radiance.iter().map(|r| luminance(*r)).collect();
     let energy = |i: usize| brightness[i] * sky[i].solid_angle;
@@ -71,44 +74,47 @@ pub(super) fn find_lights(sky: &[SkyCell], gains: &[Vec3]) -> Vec<FoundLight> {
     let mut lights = Vec::new();
     for _ in 0..ROUNDS {
         let (sum, solid_angle) = rest.iter().fold((0.0, 0.0), |(e, s), &i| (e + energy(i), s + sky[i].solid_angle));
-        let threshold = (LEAST_CONTRAST * median).max(LEAST_OVER_MEAN * sum / f32::max(solid_angle, 1e-6));
+        let threshold = (MIN_CONTRAST * median).max(MIN_OVER_MEAN * sum / f32::max(solid_angle, 1e-6));
         let bright: Vec<usize> = rest.iter().copied().filter(|&i| brightness[i] > threshold).collect();
         if bright.is_empty() {
             break;
         }
         let excess = |i: usize| (brightness[i] - 0.5 * threshold) * sky[i].solid_angle;
-        let mut parts = split_groups(connected(&bright, sky), sky, &brightness, &excess);
-        merge(&mut parts, sky, &excess);
+        let mut parts = split_groups(connected_groups(&bright, sky), sky, &brightness, &excess);
+        merge_close(&mut parts, sky, &excess);
         for part in parts {
-            let radius = part.spread * std::f32::consts::SQRT_2;
+            let radius = part.rms_radius * std::f32::consts::SQRT_2;
             let irradiance: Vec3 = part.cells.iter().map(|&i| radiance[i] * sky[i].solid_angle).sum();
-            let light = FoundLight {
+            let light = DetectedLight {
                 direction: core_direction(&part, sky, &brightness),
                 position: None,
                 irradiance,
-                angular_radius: radius.max(SMALLEST_RADIUS),
-                share: luminance(irradiance) / total,
+                angular_radius: radius.max(MIN_ANGULAR_RADIUS),
+                fraction: luminance(irradiance) / total,
             };
-            if light.share >= LEAST_SHARE && light.direction != Vec3::ZERO && stands_out(&part, sky, &brightness) {
+            if light.fraction >= MIN_LIGHT_FRACTION
+                && light.direction != Vec3::ZERO
+                && is_compact(&part, sky, &brightness)
+            {
                 lights.push(light);
             }
-            // Its halo is no light either.
+            // The halo of a light is no light either.
             let mut is_rest = vec![true; sky.len()];
             for &i in &part.cells {
                 is_rest[i] = false;
             }
-            let nearest = (radius + MERGE_WITHIN).cos();
+            let nearest = (radius + MAX_MERGE_DISTANCE).cos();
             rest.retain(|&i| is_rest[i] && sky[i].dir_world.dot(part.dir_world) < nearest);
         }
     }
-    lights.sort_by(|a, b| b.share.total_cmp(&a.share));
-    lights.truncate(MOST_LIGHTS);
+    lights.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
+    lights.truncate(MAX_LIGHTS);
     lights
 }
 
 fn split_groups(
     groups: Vec<Vec<usize>>,
-    sky: &[SkyCell],
+    sky: &[RadianceCell],
     brightness: &[f32],
     weight: &impl Fn(usize) -> f32,
 ) -> Vec<Region> {
@@ -116,64 +122,67 @@ fn split_groups(
     let sum = |region: &Region| region.cells.iter().map(|&i| weight(i)).sum::<f32>();
     let mut parts = Vec::new();
     while let Some(group) = groups.pop() {
-        if group.spread <= SPLIT_FROM || group.cells.len() < 2 {
+        if group.rms_radius <= MAX_UNSPLIT_RMS_RADIUS || group.cells.len() < 2 {
             parts.push(group);
             continue;
         }
         let [a, b] = group.clone().split(sky, weight);
-        let left = (sum(&a) * a.spread.powi(2) + sum(&b) * b.spread.powi(2)) / sum(&group).max(f32::MIN_POSITIVE);
-        if !a.cells.is_empty() && !b.cells.is_empty() && left <= SPLIT_GAIN * group.spread.powi(2) {
+        let left =
+            (sum(&a) * a.rms_radius.powi(2) + sum(&b) * b.rms_radius.powi(2)) / sum(&group).max(f32::MIN_POSITIVE);
+        if !a.cells.is_empty() && !b.cells.is_empty() && left <= MAX_SPLIT_VARIANCE * group.rms_radius.powi(2) {
             groups.extend([a, b]);
             continue;
         }
-        let core = if group.spread > WIDEST { core(&group, brightness) } else { Vec::new() };
+        let core = if group.rms_radius > MAX_LIGHT_RMS_RADIUS { core(&group, brightness) } else { Vec::new() };
         if core.is_empty() || core.len() == group.cells.len() {
             parts.push(group);
         } else {
-            groups.extend(connected(&core, sky).into_iter().map(|cells| Region::new(cells, sky, weight)));
+            groups.extend(connected_groups(&core, sky).into_iter().map(|cells| Region::new(cells, sky, weight)));
         }
     }
     parts
 }
 
-/// What is about as bright as a part's brightest cell.
+/// Cells about as bright as the brightest cell of a group.
 fn core(part: &Region, brightness: &[f32]) -> Vec<usize> {
     let peak = part.cells.iter().map(|&i| brightness[i]).fold(0.0, f32::max);
-    part.cells.iter().copied().filter(|&i| brightness[i] > CORE_FROM * peak).collect()
+    part.cells.iter().copied().filter(|&i| brightness[i] > MIN_CORE_BRIGHTNESS * peak).collect()
 }
 
-/// The middle of what is about as bright as the part's brightest cell: a glow around the sun does not move it.
-fn core_direction(part: &Region, sky: &[SkyCell], brightness: &[f32]) -> Vec3 {
+/// Center of the cells that are about as bright as the brightest cell of the group. A glow around the sun does not move
+/// it.
+fn core_direction(part: &Region, sky: &[RadianceCell], brightness: &[f32]) -> Vec3 {
     let peak = part.cells.iter().map(|&i| brightness[i]).fold(0.0, f32::max);
-    let weight = |i: usize| (brightness[i] - CORE_FROM * peak).max(0.0) * sky[i].solid_angle;
+    let weight = |i: usize| (brightness[i] - MIN_CORE_BRIGHTNESS * peak).max(0.0) * sky[i].solid_angle;
     part.cells.iter().map(|&i| weight(i) * sky[i].dir_world).sum::<Vec3>().normalize_or(part.dir_world)
 }
 
-/// Whether a part is compact: much brighter than a ring around it.
-fn stands_out(part: &Region, sky: &[SkyCell], brightness: &[f32]) -> bool {
+/// Whether a group is much brighter than a ring around it.
+fn is_compact(part: &Region, sky: &[RadianceCell], brightness: &[f32]) -> bool {
     let mean = |cells: &mut dyn Iterator<Item = usize>| {
         let (sum, total) = cells
             .fold((0.0, 0.0), |(sum, total), i| (sum + brightness[i] * sky[i].solid_angle, total + sky[i].solid_angle));
         sum / f32::max(total, 1e-6)
     };
     let own = mean(&mut part.cells.iter().copied());
-    let radius = std::f32::consts::SQRT_2 * part.spread;
-    let farthest = (radius + SURROUNDINGS).cos();
+    let radius = std::f32::consts::SQRT_2 * part.rms_radius;
+    let max_distance = (radius + SURROUNDINGS_WIDTH).cos();
     let mut is_own = vec![false; sky.len()];
     for &i in &part.cells {
         is_own[i] = true;
     }
-    // Other lights beside it do not take from it: only what is darker counts as surroundings.
-    let is_around = |i: &usize| brightness[*i] < own && !is_own[*i] && sky[*i].dir_world.dot(part.dir_world) > farthest;
+    // Neighboring lights must not hide a light: only darker cells count as surroundings.
+    let is_around =
+        |i: &usize| brightness[*i] < own && !is_own[*i] && sky[*i].dir_world.dot(part.dir_world) > max_distance;
     let mut around = (0..sky.len()).filter(is_around);
-    own >= LEAST_OVER_SURROUNDINGS * mean(&mut around)
+    own >= MIN_OVER_SURROUNDINGS * mean(&mut around)
 }
 
-fn merge(parts: &mut Vec<Region>, sky: &[SkyCell], weight: &impl Fn(usize) -> f32) {
+fn merge_close(parts: &mut Vec<Region>, sky: &[RadianceCell], weight: &impl Fn(usize) -> f32) {
     loop {
         let close = (0..parts.len())
             .flat_map(|i| (i + 1..parts.len()).map(move |j| (i, j)))
-            .find(|&(i, j)| parts[i].dir_world.distance(parts[j].dir_world) < MERGE_WITHIN);
+            .find(|&(i, j)| parts[i].dir_world.distance(parts[j].dir_world) < MAX_MERGE_DISTANCE);
         let Some((i, j)) = close else {
             return;
         };
@@ -187,17 +196,22 @@ fn merge(parts: &mut Vec<Region>, sky: &[SkyCell], weight: &impl Fn(usize) -> f3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{environment_map::cube_directions, lighting::sky::SKY_EDGE};
+    use crate::{environment_map::cube_directions, lighting::solver::radiance_cells::CELLS_PER_EDGE};
 
-    fn sky(radiance: impl Fn(Vec3) -> Vec3) -> Vec<SkyCell> {
-        cube_directions(SKY_EDGE)
-            .map(|(dir_world, solid_angle)| SkyCell { dir_world, solid_angle, seen: radiance(dir_world), ..default() })
+    fn sky(radiance: impl Fn(Vec3) -> Vec3) -> Vec<RadianceCell> {
+        cube_directions(CELLS_PER_EDGE)
+            .map(|(dir_world, solid_angle)| RadianceCell {
+                dir_world,
+                solid_angle,
+                seen: radiance(dir_world),
+                ..default()
+            })
             .collect()
     }
 
-    fn lights(radiance: impl Fn(Vec3) -> Vec3) -> Vec<FoundLight> {
+    fn lights(radiance: impl Fn(Vec3) -> Vec3) -> Vec<DetectedLight> {
         let sky = sky(radiance);
-        find_lights(&sky, &vec![Vec3::ONE; sky.len()])
+        detect_lights(&sky, &vec![Vec3::ONE; sky.len()])
     }
 
     #[test]
@@ -243,7 +257,7 @@ mod tests {
         assert_eq!(found.len(), 2, "{found:?}");
     }
 
-    /// City lights at night: what is bright is one wide band, and most of its light comes from a few lamps in it.
+    /// City lights at night: one wide bright band, with most of its light from a few lamps in it.
     #[test]
     fn lamps_in_a_wide_glow_are_lights_of_their_own_and_parts_of_the_glow_are_faint() {
         let lamps = [(0.4_f32, 60.0), (-0.9, 45.0)];
@@ -258,6 +272,6 @@ mod tests {
             assert!(light.direction.angle_between(towards(azimuth)).to_degrees() < 1.5, "{found:?}");
             assert!(light.angular_radius < 0.15, "{found:?}");
         }
-        assert!(found[2..].iter().all(|part| part.share < 0.5 * found[1].share), "{found:?}");
+        assert!(found[2..].iter().all(|part| part.fraction < 0.5 * found[1].fraction), "{found:?}");
     }
 }

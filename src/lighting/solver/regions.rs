@@ -1,26 +1,26 @@
-//! Clipped light in pieces: connected cells, large ones split where they vary most in direction.
+//! Regions of clipped light: connected cells; large groups are split across their direction of largest variance.
 
-use super::sky::{SKY_EDGE, SkyCell};
+use super::radiance_cells::{CELLS_PER_EDGE, RadianceCell};
 use crate::environment_map::cube_directions;
 use bevy::{math::Mat3, prelude::*};
 use std::sync::LazyLock;
 
-/// Cells of the sky that go together.
+/// A group of cells of the sky.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Region {
-    /// Places in the sky.
+    /// Indices of the cells.
     pub cells: Vec<usize>,
     /// Steradian.
     pub solid_angle: f32,
-    /// Towards the middle, unit vector in world space.
+    /// Direction to the center, unit vector in world space.
     pub dir_world: Vec3,
-    /// Root of the mean squared distance from the middle, about radians.
-    pub spread: f32,
+    /// Root of the mean squared distance from the center, roughly radians.
+    pub rms_radius: f32,
 }
 
 impl Region {
-    /// Describes some cells, each with its weight.
-    pub(super) fn new(cells: Vec<usize>, sky: &[SkyCell], weight: &impl Fn(usize) -> f32) -> Self {
+    /// Describes a group of cells, each with its weight.
+    pub(super) fn new(cells: Vec<usize>, sky: &[RadianceCell], weight: &impl Fn(usize) -> f32) -> Self {
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);
         for &i in &cells {
             sum += weight(i) * sky[i].dir_world;
@@ -28,13 +28,13 @@ impl Region {
         }
         let mean = sum / total.max(f32::MIN_POSITIVE);
         let solid_angle = cells.iter().map(|&i| sky[i].solid_angle).sum();
-        // The mean of unit vectors is shorter by half of their variance.
-        let spread = (1.0 - mean.length_squared()).max(0.0).sqrt();
-        Self { cells, solid_angle, dir_world: mean.normalize_or_zero(), spread }
+        // The mean of unit vectors is shorter than 1 by half of their variance.
+        let rms_radius = (1.0 - mean.length_squared()).max(0.0).sqrt();
+        Self { cells, solid_angle, dir_world: mean.normalize_or_zero(), rms_radius }
     }
 
-    /// Two halves on both sides of the middle, across the direction of largest variance.
-    pub(super) fn split(self, sky: &[SkyCell], weight: &impl Fn(usize) -> f32) -> [Self; 2] {
+    /// Splits the region at its center, across the direction of largest variance.
+    pub(super) fn split(self, sky: &[RadianceCell], weight: &impl Fn(usize) -> f32) -> [Self; 2] {
         let mut total = 0.0;
         let mut mean = Vec3::ZERO;
         for &i in &self.cells {
@@ -56,14 +56,14 @@ impl Region {
     }
 }
 
-/// Per cell of a cube with [`SKY_EDGE`], the cells that share an edge or a corner with it.
+/// For each cell of a cube with [`CELLS_PER_EDGE`], the cells that share an edge or a corner with it.
 static NEIGHBORS: LazyLock<Vec<Vec<usize>>> = LazyLock::new(|| {
-    let cells: Vec<(Vec3, f32)> = cube_directions(SKY_EDGE).collect();
+    let cells: Vec<(Vec3, f32)> = cube_directions(CELLS_PER_EDGE).collect();
     let mut by_x: Vec<usize> = (0..cells.len()).collect();
     by_x.sort_by(|&a, &b| cells[a].0.x.total_cmp(&cells[b].0.x));
     let sorted_x: Vec<f32> = by_x.iter().map(|&i| cells[i].0.x).collect();
     let neighbors = |(i, (dir, solid_angle)): (usize, &(Vec3, f32))| {
-        // Cells that share a corner are at most this far apart; those in the corners of a cube are the smallest.
+        // Largest distance of cells that share a corner; those in the corners of a cube are the smallest.
         let reach = 1.7 * solid_angle.sqrt();
         let from = sorted_x.partition_point(|x| *x < dir.x - reach);
         let to = sorted_x.partition_point(|x| *x <= dir.x + reach);
@@ -78,8 +78,8 @@ pub(super) fn neighbors_of(cell: usize) -> &'static [usize] {
     &NEIGHBORS[cell]
 }
 
-/// Groups of cells that touch each other.
-pub(super) fn connected(cells: &[usize], sky: &[SkyCell]) -> Vec<Vec<usize>> {
+/// Groups of adjacent cells.
+pub(super) fn connected_groups(cells: &[usize], sky: &[RadianceCell]) -> Vec<Vec<usize>> {
     let mut is_left = vec![false; sky.len()];
     for &i in cells {
         is_left[i] = true;
@@ -104,9 +104,9 @@ pub(super) fn connected(cells: &[usize], sky: &[SkyCell]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// How the extra light of a region's cells is shaped, mean 1 (weighted by clipped light): more towards the middle of what is
-/// clipped.
-pub(super) fn profiles(sky: &[SkyCell], regions: &[Region], power: f32) -> Vec<Vec<f32>> {
+/// Default distribution of each region's extra light over its cells, with a mean of 1 (weighted by clipped light): more
+/// towards the middle of what is clipped.
+pub(super) fn profiles(sky: &[RadianceCell], regions: &[Region], power: f32) -> Vec<Vec<f32>> {
     let clipped: Vec<bool> = sky.iter().map(is_clipped).collect();
     let is_edge = |i: &usize| !clipped[*i] && neighbors_of(*i).iter().any(|&j| clipped[j]);
     let edge: Vec<usize> = (0..sky.len()).filter(is_edge).collect();
@@ -124,48 +124,49 @@ pub(super) fn profiles(sky: &[SkyCell], regions: &[Region], power: f32) -> Vec<V
     regions.iter().map(profile).collect()
 }
 
-/// The profile with which extra light is spread over a region's cells in proportion to a shape.
-pub(super) fn shaped(region: &Region, sky: &[SkyCell], shape: &[f32]) -> Vec<f32> {
+/// Profile that distributes a region's extra light over its cells in proportion to a shape.
+pub(super) fn shape_profile(region: &Region, sky: &[RadianceCell], shape: &[f32]) -> Vec<f32> {
     let clipped = |i: usize| (sky[i].clipped + sky[i].limited).element_sum();
     let typical = region.cells.iter().map(|&i| clipped(i)).fold(0.0, f32::max);
     let profile: Vec<f32> = region
         .cells
         .iter()
         .zip(shape)
-        .map(|(&i, extra)| extra / clipped(i).max(LEAST_CLIPPED_SHARE * typical).max(f32::MIN_POSITIVE))
+        .map(|(&i, extra)| extra / clipped(i).max(MIN_CLIPPED_FRACTION * typical).max(f32::MIN_POSITIVE))
         .collect();
     let light = |i: usize| sky[i].solid_angle * clipped(i);
     let total: f32 = region.cells.iter().map(|&i| light(i)).sum();
-    let sum: f32 = region.cells.iter().zip(&profile).map(|(&i, share)| light(i) * share).sum();
-    profile.into_iter().map(|share| share * total / sum.max(f32::MIN_POSITIVE)).collect()
+    let sum: f32 = region.cells.iter().zip(&profile).map(|(&i, weight)| light(i) * weight).sum();
+    profile.into_iter().map(|weight| weight * total / sum.max(f32::MIN_POSITIVE)).collect()
 }
 
-fn is_clipped(cell: &SkyCell) -> bool {
-    (cell.clipped + cell.limited).max_element() > LEAST_CLIPPED_SHARE * cell.seen.max_element()
+fn is_clipped(cell: &RadianceCell) -> bool {
+    (cell.clipped + cell.limited).max_element() > MIN_CLIPPED_FRACTION * cell.seen.max_element()
 }
 
-/// Share of a cell's light that has to be clipped for it to belong to a region.
-const LEAST_CLIPPED_SHARE: f32 = 0.25;
-/// Regions wider than this (root mean square, radians) are split.
-const WIDEST: f32 = 0.16;
-/// Most unknowns per channel.
-const MOST_REGIONS: usize = 40;
+/// Smallest clipped fraction of a cell's light at which it belongs to a region.
+const MIN_CLIPPED_FRACTION: f32 = 0.25;
+/// Largest root mean square radius of a region that is not split, radians.
+const MAX_RMS_RADIUS: f32 = 0.16;
+/// Largest number of regions, which are the unknowns of each channel.
+const MAX_REGIONS: usize = 40;
 
-/// The clipped cells above a plane, in regions of similar size.
-pub(super) fn clipped_regions(sky: &[SkyCell], up_world: Vec3) -> Vec<Region> {
-    let is_above = |cell: &SkyCell| cell.dir_world.dot(up_world) > 0.0;
+/// Clipped cells above a plane, in regions of similar size.
+pub(super) fn clipped_regions(sky: &[RadianceCell], up_world: Vec3) -> Vec<Region> {
+    let is_above = |cell: &RadianceCell| cell.dir_world.dot(up_world) > 0.0;
     let cells: Vec<usize> = (0..sky.len()).filter(|&i| is_above(&sky[i]) && is_clipped(&sky[i])).collect();
     let weight = |i: usize| sky[i].solid_angle;
     let mut regions: Vec<Region> =
-        connected(&cells, sky).into_iter().map(|group| Region::new(group, sky, &weight)).collect();
+        connected_groups(&cells, sky).into_iter().map(|group| Region::new(group, sky, &weight)).collect();
     regions.sort_by(|a, b| b.solid_angle.total_cmp(&a.solid_angle));
-    // What is left over are single pixels.
-    regions.truncate(MOST_REGIONS);
-    while regions.len() < MOST_REGIONS {
-        let Some(widest) = (0..regions.len()).max_by(|&a, &b| regions[a].spread.total_cmp(&regions[b].spread)) else {
+    // The remaining regions are single pixels.
+    regions.truncate(MAX_REGIONS);
+    while regions.len() < MAX_REGIONS {
+        let Some(widest) = (0..regions.len()).max_by(|&a, &b| regions[a].rms_radius.total_cmp(&regions[b].rms_radius))
+        else {
             break;
         };
-        if regions[widest].spread <= WIDEST || regions[widest].cells.len() < 2 {
+        if regions[widest].rms_radius <= MAX_RMS_RADIUS || regions[widest].cells.len() < 2 {
             break;
         }
         let halves = regions.swap_remove(widest).split(sky, &weight);

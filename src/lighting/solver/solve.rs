@@ -1,58 +1,60 @@
-//! Camera picture + what stands on the desk → how bright the clipped lights are: the recipe.
+//! Recipe of the solver: from a frame and the things on the desk to the brightness of clipped lights.
 
 use super::{
-    desk_picture::DeskPicture,
+    desk_frame::{DeskFrame, DeskGeometry, MirrorBall, Paper},
     equations::{GRAY, Problem},
-    gains::GraySolution,
-    meter::{Desk, Meter, MirrorBall, Paper, Surface},
-    near_light::KnownPlaces,
+    light_transport::LightTransport,
+    near_light::KnownDistances,
+    radiance_cells::{BallInFrame, CELLS_PER_EDGE, RadianceCell},
     ray_cast::PhantomSolid,
     regions::clipped_regions,
-    sky::{BallInFrame, SKY_EDGE, SkyCell},
-    solved_light::{SolvedLight, SolvedRegion, spread_gains},
+    robust_fit::GrayFit,
+    sample_points::Surface,
+    solved_light::{SolvedLight, SolvedRegion, cell_gains},
 };
 use crate::probe::BallView;
 use bevy::{math::Affine3A, prelude::*};
 use std::sync::Arc;
 
-/// What does not change from picture to picture while nothing moves.
+/// Data that stay the same from frame to frame while nothing moves.
 #[derive(Clone, Debug, Default)]
 pub struct SolverCache {
     made_for: Option<(Vec<MirrorBall>, Vec<Paper>, Arc<Vec<PhantomSolid>>, Affine3A)>,
-    meter: Meter,
-    places: KnownPlaces,
+    transport: LightTransport,
+    distances: KnownDistances,
 }
 
-/// The camera or a thing may move this far before what points see is traced anew, metres.
-const TRACE_ANEW: f32 = 0.05;
+/// Largest motion of the camera at which the visibility of the points is not traced again, meters.
+const MAX_CACHED_MOTION: f32 = 0.05;
 
-/// Recovers clipped light from how bright the things on the desk are.
+/// Recovers clipped light from the brightness of the things on the desk.
 ///
-/// `None` if the ball or every sheet of paper is out of view.
-pub fn solve_light(picture: &DeskPicture, cache: &mut SolverCache) -> Option<SolvedLight> {
-    let view = BallView::new(picture.camera_from_world.transform_point3(picture.ball.center), picture.ball.radius)?;
-    let sky = BallInFrame::new(picture.posed_frame(), &picture.ball, &view).sky(SKY_EDGE);
-    let up_world = picture.papers.first()?.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
+/// Returns `None` if the ball or every sheet of paper is out of view.
+pub fn solve_light(desk: &DeskFrame, cache: &mut SolverCache) -> Option<SolvedLight> {
+    let view = BallView::new(desk.camera_from_world.transform_point3(desk.ball.center), desk.ball.radius)?;
+    let sky = BallInFrame::new(desk.posed_frame(), &desk.ball, &view).radiance_cells(CELLS_PER_EDGE);
+    let up_world = desk.papers.first()?.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
     let regions = clipped_regions(&sky, up_world);
-    cache.prepare(picture, &sky);
-    let problem = Problem::new(picture, &cache.meter, &sky, &regions);
-    problem.solve(picture, up_world, &mut cache.places)
+    cache.prepare(desk, &sky);
+    let problem = Problem::new(desk, &cache.transport, &sky, &regions);
+    problem.solve(desk, up_world, &mut cache.distances)
 }
 
-/// The sky of a picture in which nothing tells how bright clipped light is: it counts as white, times a gain by the cosine to `up_world`.
-pub(super) fn unsolved_light(picture: &DeskPicture, gain: Vec3, up_world: Vec3) -> Option<SolvedLight> {
-    let view = BallView::new(picture.camera_from_world.transform_point3(picture.ball.center), picture.ball.radius)?;
-    let sky = BallInFrame::new(picture.posed_frame(), &picture.ball, &view).sky(SKY_EDGE);
+/// Light of a frame in which nothing reveals the brightness of clipped light. Clipped light is white, times a gain that
+/// is weighted by the cosine to `up_world`.
+pub(in crate::lighting) fn unsolved_light(desk: &DeskFrame, gain: Vec3, up_world: Vec3) -> Option<SolvedLight> {
+    let view = BallView::new(desk.camera_from_world.transform_point3(desk.ball.center), desk.ball.radius)?;
+    let sky = BallInFrame::new(desk.posed_frame(), &desk.ball, &view).radiance_cells(CELLS_PER_EDGE);
     let gains = sky.iter().map(|cell| 1.0 + (gain - 1.0) * cell.dir_world.dot(up_world).max(0.0)).collect();
     Some(SolvedLight { gains, sky, ..default() })
 }
 
 impl SolverCache {
-    fn prepare(&mut self, picture: &DeskPicture, sky: &[SkyCell]) {
-        let balls = picture.balls();
+    fn prepare(&mut self, desk: &DeskFrame, sky: &[RadianceCell]) {
+        let balls = desk.balls();
         let near = |a: &Affine3A, b: &Affine3A| {
-            Vec3::from(a.translation - b.translation).length() < TRACE_ANEW
-                && Vec3::from(a.matrix3.y_axis - b.matrix3.y_axis).length() < TRACE_ANEW
+            Vec3::from(a.translation - b.translation).length() < MAX_CACHED_MOTION
+                && Vec3::from(a.matrix3.y_axis - b.matrix3.y_axis).length() < MAX_CACHED_MOTION
         };
         let is_current = self.made_for.as_ref().is_some_and(|(known, papers, phantoms, camera)| {
             known.len() == balls.len()
@@ -60,34 +62,34 @@ impl SolverCache {
                     .iter()
                     .zip(&balls)
                     .all(|(a, b)| a.center.distance(b.center) < 2e-3 && MirrorBall { center: b.center, ..*a } == *b)
-                && papers.len() == picture.papers.len()
-                && papers.iter().zip(&picture.papers).all(|(a, b)| {
+                && papers.len() == desk.papers.len()
+                && papers.iter().zip(&desk.papers).all(|(a, b)| {
                     a.size == b.size && a.world_from_marker.translation.distance(b.world_from_marker.translation) < 2e-3
                 })
-                && Arc::ptr_eq(phantoms, &picture.phantoms)
-                && near(&camera.inverse(), &picture.camera_from_world.inverse())
+                && Arc::ptr_eq(phantoms, &desk.phantoms)
+                && near(&camera.inverse(), &desk.camera_from_world.inverse())
         });
         if is_current {
             return;
         }
-        let desk = Desk { balls: &balls, papers: &picture.papers, phantoms: &picture.phantoms };
-        // The table is megabytes: its memory serves again.
-        let memory = std::mem::take(&mut self.meter.weights);
-        self.meter = Meter::new(memory, desk, &picture.intrinsics, &picture.camera_from_world, sky);
-        self.made_for = Some((balls, picture.papers.clone(), picture.phantoms.clone(), picture.camera_from_world));
+        let geometry = DeskGeometry { balls: &balls, papers: &desk.papers, phantoms: &desk.phantoms };
+        // The table takes megabytes: its memory is reused.
+        let memory = std::mem::take(&mut self.transport.weights);
+        self.transport = LightTransport::new(memory, geometry, &desk.intrinsics, &desk.camera_from_world, sky);
+        self.made_for = Some((balls, desk.papers.clone(), desk.phantoms.clone(), desk.camera_from_world));
     }
 }
 
 impl Problem<'_> {
-    fn solve(mut self, picture: &DeskPicture, up_world: Vec3, places: &mut KnownPlaces) -> Option<SolvedLight> {
+    fn solve(mut self, desk: &DeskFrame, up_world: Vec3, distances: &mut KnownDistances) -> Option<SolvedLight> {
         let regions = self.regions.len();
         let paper_points = self.equations.iter().filter(|e| e.point.surface == Surface::Paper).count();
         if paper_points == 0 {
             return None;
         }
-        let gray = self.solve_gray(None);
-        let GraySolution { x, inverse_albedos, weights, equations, .. } = self.place_near_lights(picture, places, gray);
-        let most = f64::from(picture.max_gain) - 1.0;
+        let gray = self.fit_gray(None);
+        let GrayFit { x, inverse_albedos, weights, equations, .. } = self.locate_near_lights(desk, distances, gray);
+        let max_gain = f64::from(desk.max_gain) - 1.0;
         let mut gains = vec![Vec3::ONE; regions];
         let mut paper_ratio = Vec3::ONE;
         for channel in 0..3 {
@@ -96,13 +98,13 @@ impl Problem<'_> {
             let mut solved = prior.clone();
             let mut albedos = self.albedos(channel, &solved);
             for _ in 0..3 {
-                let weights = self.robust_weights(channel, &solved, &albedos);
-                let all = self.solve_channel(channel, &solved, &albedos, &weights, Some(&prior)).0;
+                let weights = self.cauchy_weights(channel, &solved, &albedos);
+                let all = self.fit_channel(channel, &solved, &albedos, &weights, Some(&prior)).0;
                 solved = all[..regions].to_vec();
                 albedos = all[regions..].to_vec();
             }
             for (gain, x) in gains.iter_mut().zip(&solved) {
-                gain[channel] = 1.0 + x.min(most) as f32;
+                gain[channel] = 1.0 + x.min(max_gain) as f32;
             }
             paper_ratio[channel] = self.paper_ratio(channel, &solved);
         }
@@ -143,10 +145,10 @@ impl Problem<'_> {
             .collect();
         Some(SolvedLight {
             regions: solved_regions,
-            gains: spread_gains(self.sky, self.regions, &self.profiles, &gains, up_world),
+            gains: cell_gains(self.sky, self.regions, &self.profiles, &gains, up_world),
             points: self.equations.len(),
             paper_points,
-            dark_readings: (0..regions).filter(|&r| self.is_read(r)).count(),
+            bracketed_regions: (0..regions).filter(|&r| self.is_read(r)).count(),
             residual,
             paper_ratio,
             condition,

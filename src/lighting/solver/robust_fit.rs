@@ -1,65 +1,67 @@
-//! The least extra light that explains the desk: regularized least squares that no outlier sways, channel by channel.
-//!
-//! First the mean of the channels is solved in rounds that tell surfaces apart and weigh outliers down; it is the prior of each
+//! Robust fit of the least extra light that explains the desk: regularized, iteratively reweighted least squares, per
 //! channel.
+//!
+//! The mean of the channels is fitted first, in rounds that classify albedos and reduce the weight of outliers. It is
+//! the prior of each channel.
 
 use super::{
     equations::{Equation, GRAY, GainReading, Problem, with_gray},
     least_squares::NormalEquations,
-    meter::Surface,
+    sample_points::Surface,
 };
 
-/// The mean of the channels, solved.
-pub(super) struct GraySolution {
+/// Fit of the mean of the channels.
+pub(super) struct GrayFit {
     /// Extra gain per region.
     pub x: Vec<f64>,
     pub inverse_albedos: Vec<f64>,
     pub weights: Vec<f64>,
     pub equations: NormalEquations,
-    /// How badly the desk is explained: the mean of the points' robust costs.
+    /// Mean of the points' robust costs; the larger, the worse the desk is explained.
     pub cost: f64,
 }
 
-/// Relative uncertainty of a brightness: texture, geometry, light between things.
+/// Relative uncertainty of a point's brightness, from texture, geometry and unmodeled light between objects.
 const UNCERTAINTY: f64 = 0.04;
-/// Points darker than this share of the open sky's irradiance are as uncertain as those at it.
-const DARKEST: f32 = 0.08;
-/// The paper is the only absolute measure: each of its points counts as many.
+/// Smallest irradiance, relative to that of the open sky, to which errors are relative. Darker points use this value.
+const MIN_RELATIVE_IRRADIANCE: f32 = 0.08;
+/// Weight of a paper point. The paper is the only absolute measure, so each of its points counts as several.
 const PAPER_WEIGHT: f64 = 6.0;
-/// Weight of the prior, least extra light: 1 is as much as one point.
-const PRIOR: f64 = 1.0;
-/// Weight of the prior that regions that touch have the same gain.
-const SMOOTHNESS: f64 = 10.0;
-/// Weight of the prior that lights have the color of the light as a whole.
-const COLOR_PRIOR: f64 = 20.0;
-/// Relative uncertainty of what a darker view shows.
-const DARK_UNCERTAINTY: f64 = 0.05;
-/// It shows a lamp itself, and counts as so many points of the desk.
-const DARK_WEIGHT: f64 = 300.0;
-/// Rounds in which surfaces are told apart, outliers are weighted down and the light is solved.
-const ROUNDS: usize = 8;
-/// Change of gains, relative to the largest, below which there are no more rounds.
-const SETTLED: f64 = 1e-3;
+/// Weight of the prior of least extra light; 1 equals one point.
+const PRIOR_WEIGHT: f64 = 1.0;
+/// Weight of the prior that adjacent regions have the same gain.
+const SMOOTHNESS_WEIGHT: f64 = 10.0;
+/// Weight of the prior that each light has the color of the light as a whole.
+const COLOR_PRIOR_WEIGHT: f64 = 20.0;
+/// Relative uncertainty of a reading from a darker view.
+const READING_UNCERTAINTY: f64 = 0.05;
+/// Weight of a reading, in points of the desk. It shows the lamp itself.
+const READING_WEIGHT: f64 = 300.0;
+/// Largest number of rounds; each classifies albedos, weights outliers down and solves the light.
+const MAX_ROUNDS: usize = 8;
+/// Largest change of the gains, relative to the largest gain, at which the rounds end.
+const MAX_SETTLED_CHANGE: f64 = 1e-3;
 
 impl Problem<'_> {
-    /// Solves the mean of the channels.
-    pub(super) fn solve_gray(&mut self, start: Option<&[f64]>) -> GraySolution {
+    /// Fits the mean of the channels.
+    pub(super) fn fit_gray(&mut self, start: Option<&[f64]>) -> GrayFit {
         let regions = self.regions.len();
         let mut inverse_albedos: Vec<f64> = Vec::new();
         let mut weights = vec![1.0; self.equations.len()];
         let mut x = match start {
             Some(start) => start.to_vec(),
-            // First the paper alone: the least extra light that explains it.
-            None => self.solve_channel(GRAY, &vec![0.0; regions], &inverse_albedos, &weights, None).0,
+            // Start from the paper alone: the least extra light that explains it.
+            None => self.fit_channel(GRAY, &vec![0.0; regions], &inverse_albedos, &weights, None).0,
         };
         let mut equations = NormalEquations::new(0);
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             inverse_albedos = self.classify(&x);
-            weights = self.robust_weights(GRAY, &x, &inverse_albedos);
+            weights = self.cauchy_weights(GRAY, &x, &inverse_albedos);
             let solved;
-            (solved, equations) = self.solve_channel(GRAY, &x, &inverse_albedos, &weights, None);
-            let largest = x.iter().fold(1.0, |most, x| f64::max(most, *x));
-            let is_settled = x.iter().zip(&solved).all(|(before, now)| (before - now).abs() < SETTLED * largest);
+            (solved, equations) = self.fit_channel(GRAY, &x, &inverse_albedos, &weights, None);
+            let largest = x.iter().fold(1.0, |max, x| f64::max(max, *x));
+            let is_settled =
+                x.iter().zip(&solved).all(|(before, now)| (before - now).abs() < MAX_SETTLED_CHANGE * largest);
             x = solved[..regions].to_vec();
             inverse_albedos = solved[regions..].to_vec();
             if is_settled {
@@ -71,12 +73,12 @@ impl Problem<'_> {
         let (sum, count) = errors.fold((0.0, 0.0), |(sum, count), error| {
             (sum + (1.0 + (error / (2.0 * UNCERTAINTY)).powi(2)).ln(), count + 1.0)
         });
-        GraySolution { x, inverse_albedos, weights, equations, cost: sum / f64::max(count, 1.0) }
+        GrayFit { x, inverse_albedos, weights, equations, cost: sum / f64::max(count, 1.0) }
     }
 
     /// Weight of the prior on each region's extra gain.
     pub(super) fn priors(&self, channel: usize) -> Vec<f64> {
-        // The unit: extra light of one radiance from all regions that would be needed for the paper.
+        // Unit of the prior: the equal extra gain of all regions that would explain the paper.
         let energies: Vec<f64> = self
             .regions
             .iter()
@@ -101,11 +103,11 @@ impl Problem<'_> {
         }
         let unit: f64 = if count > 0.0 { wanted / count } else { 1.0 };
         let total: f64 = energies.iter().sum();
-        energies.iter().map(|energy| PRIOR * energy / (total * unit * unit)).collect()
+        energies.iter().map(|energy| PRIOR_WEIGHT * energy / (total * unit * unit)).collect()
     }
 
-    /// The least extra gain per region and the inverse albedos.
-    pub(super) fn solve_channel(
+    /// Fits the least extra gain per region and the inverse albedos.
+    pub(super) fn fit_channel(
         &self,
         channel: usize,
         x: &[f64],
@@ -125,7 +127,7 @@ impl Problem<'_> {
             }
             let reflectance = equation.point.reflectance.map(|r| with_gray(r)[channel]);
             row.clear();
-            // Light at its limit is a part of what is seen.
+            // Limited light at its limit is a constant part of the irradiance.
             let mut seen = equation.seen[channel];
             for (r, (free, limited)) in equation.per_gain.iter().zip(&equation.limited).enumerate() {
                 let limit = self.limits[r][channel];
@@ -136,25 +138,25 @@ impl Problem<'_> {
                     seen += limit * limited[channel];
                 }
             }
-            let wanted = match (reflectance, equation.class) {
+            let wanted = match (reflectance, equation.albedo_class) {
                 (Some(reflectance), _) => exitance / reflectance - seen,
-                (None, Some(class)) if class < inverse_albedos.len() => {
-                    row.push((regions + class, -exitance));
+                (None, Some(albedo_class)) if albedo_class < inverse_albedos.len() => {
+                    row.push((regions + albedo_class, -exitance));
                     -seen
                 }
                 _ => continue,
             };
-            let scale = self.irradiance(equation, channel, x).max(f64::from(DARKEST) * open);
+            let scale = self.irradiance(equation, channel, x).max(f64::from(MIN_RELATIVE_IRRADIANCE) * open);
             let own = if equation.point.surface == Surface::Paper { PAPER_WEIGHT } else { 1.0 };
             system.add(&row, wanted, own * robust / (UNCERTAINTY * scale).powi(2));
         }
-        let factor = if prior.is_some() { COLOR_PRIOR } else { 1.0 };
+        let factor = if prior.is_some() { COLOR_PRIOR_WEIGHT } else { 1.0 };
         let priors = self.priors(channel);
         for (r, weight) in priors.iter().enumerate() {
             system.add(&[(r, 1.0)], prior.map_or(0.0, |prior| prior[r]), factor * weight);
         }
         for &(r, s) in &self.neighbors {
-            system.add(&[(r, 1.0), (s, -1.0)], 0.0, SMOOTHNESS * priors[r].min(priors[s]));
+            system.add(&[(r, 1.0), (s, -1.0)], 0.0, SMOOTHNESS_WEIGHT * priors[r].min(priors[s]));
         }
         for k in 0..inverse_albedos.len() {
             system.add(&[(regions + k, 1.0)], 2.0, 1e-6);
@@ -164,29 +166,29 @@ impl Problem<'_> {
             if is_bound[channel] {
                 floor[*region] = f64::max(floor[*region], gain[channel]);
             } else {
-                let uncertainty = DARK_UNCERTAINTY * (gain[channel] + 1.0);
-                system.add(&[(*region, 1.0)], gain[channel], DARK_WEIGHT / uncertainty.powi(2));
+                let uncertainty = READING_UNCERTAINTY * (gain[channel] + 1.0);
+                system.add(&[(*region, 1.0)], gain[channel], READING_WEIGHT / uncertainty.powi(2));
             }
         }
         let start: Vec<f64> = x.iter().chain(inverse_albedos).copied().collect();
         (system.solve(&start, &floor), system)
     }
 
-    /// Color of the light that is missing ÷ its gray.
+    /// Color of the missing light ÷ its gray.
     pub(super) fn tint(&self, channel: usize, x: &[f64]) -> f64 {
         let (mut missing, mut explained) = (0.0, 0.0);
         for equation in self.equations.iter().filter(|e| e.point.surface == Surface::Paper) {
             let reflectance = equation.point.reflectance.map_or(1.0, |r| with_gray(r)[channel]);
-            let lacks = equation.exitance[channel] / reflectance - equation.seen[channel];
-            if lacks.is_finite() {
-                missing += lacks;
+            let lacking = equation.exitance[channel] / reflectance - equation.seen[channel];
+            if lacking.is_finite() {
+                missing += lacking;
                 explained += self.extra(equation, channel, x);
             }
         }
         if explained > 0.0 { (missing / explained).clamp(0.1, 10.0) } else { 1.0 }
     }
 
-    /// Relative difference of a point from its explanation.
+    /// Relative error of a point's brightness under a solution.
     pub(super) fn relative_error(
         &self,
         equation: &Equation,
@@ -197,16 +199,16 @@ impl Problem<'_> {
     ) -> Option<f64> {
         let inverse = match equation.point.reflectance {
             Some(reflectance) => 1.0 / with_gray(reflectance)[channel],
-            None => *inverse_albedos.get(equation.class?)?,
+            None => *inverse_albedos.get(equation.albedo_class?)?,
         };
         let irradiance = self.irradiance(equation, channel, x);
-        let scale = irradiance.max(f64::from(DARKEST) * open);
+        let scale = irradiance.max(f64::from(MIN_RELATIVE_IRRADIANCE) * open);
         let error = (equation.exitance[channel] * inverse - irradiance) / scale;
         error.is_finite().then_some(error)
     }
 
-    /// Cauchy weights: texture and unmodeled light are outliers.
-    pub(super) fn robust_weights(&self, channel: usize, x: &[f64], inverse_albedos: &[f64]) -> Vec<f64> {
+    /// Cauchy weights, which reduce the influence of texture and unmodeled light.
+    pub(super) fn cauchy_weights(&self, channel: usize, x: &[f64], inverse_albedos: &[f64]) -> Vec<f64> {
         let open = self.open_irradiance(channel, x);
         let errors: Vec<Option<f64>> =
             self.equations.iter().map(|e| self.relative_error(e, channel, x, inverse_albedos, open)).collect();

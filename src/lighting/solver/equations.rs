@@ -1,86 +1,93 @@
-//! Points of the desk → equations: what each point shows, and what reaches it per unknown.
+//! Equations of the solver: the brightness of each point, and the light that reaches it per unknown.
 
 use super::{
-    darker_view::{DarkReading, read_darker_views},
-    desk_picture::DeskPicture,
-    meter::{Meter, MeterPoint, Surface, brightness},
-    regions::{Region, profiles, shaped},
-    sky::SkyCell,
+    bracketed_views::{BracketReading, read_bracketed_views},
+    desk_frame::DeskFrame,
+    light_transport::LightTransport,
+    radiance_cells::RadianceCell,
+    regions::{Region, profiles, shape_profile},
+    sample_points::{SamplePoint, Surface, sample_radiance},
 };
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
-/// One point, as the picture shows it, and what reaches it per unknown. Index 3 of arrays is the mean of the channels.
+/// Equation of one point. Index 3 of the arrays is the mean of the channels.
 pub(super) struct Equation {
-    pub point: MeterPoint,
-    /// Its place in the meter.
-    pub meter_index: usize,
+    pub point: SamplePoint,
+    /// Index of the point in the light transport.
+    pub point_index: usize,
     /// π · radiance; NaN where clipped.
     pub exitance: [f64; 4],
-    /// Irradiance with clipped light taken for white.
+    /// Irradiance if clipped light is white.
     pub seen: [f64; 4],
-    /// What one unit of extra gain adds, per region.
+    /// Irradiance per unit of extra gain of each region.
     pub per_gain: Vec<[f64; 4]>,
-    /// The same of light that may be brighter only up to its region's limit.
+    /// The same for light whose gain is limited.
     pub limited: Vec<[f64; 4]>,
-    /// Number of the unknown albedo.
-    pub class: Option<usize>,
+    /// Index of the unknown albedo.
+    pub albedo_class: Option<usize>,
 }
 
 pub(super) struct Problem<'a> {
-    pub meter: &'a Meter,
-    pub sky: &'a [SkyCell],
+    pub transport: &'a LightTransport,
+    pub sky: &'a [RadianceCell],
     pub regions: &'a [Region],
-    /// Per region, the extra gain from which on limited light grows no more.
+    /// Largest extra gain of limited light, per region.
     pub limits: Vec<[f64; 4]>,
-    /// Regions that touch: parts of one window, mostly.
+    /// Pairs of adjacent regions; mostly parts of one window.
     pub neighbors: Vec<(usize, usize)>,
     pub equations: Vec<Equation>,
-    /// What darker views say: extra gain per region and channel, or at least that.
+    /// Readings from darker views: extra gain per region and channel, or a lower bound of it.
     pub readings: Vec<GainReading>,
-    /// Per region, how its extra light is shaped.
+    /// Distribution of each region's extra light over its cells.
     pub profiles: Vec<Vec<f32>>,
-    /// Where lights are that are not far away.
+    /// Positions of near lights, per region.
     pub positions: Vec<Option<Vec3>>,
 }
 
-/// Extra gain of a region as a darker view shows it, per channel.
+/// Extra gain of a region according to a darker view, per channel.
 pub(super) struct GainReading {
     pub region: usize,
     pub gain: [f64; 4],
     pub is_bound: [bool; 4],
 }
 
-/// Gray: the mean of the channels.
+/// Index of gray, the mean of the channels.
 pub(super) const GRAY: usize = 3;
-/// How much brighter a lamp is in the middle of what is clipped than near its edge: power of the distance to the edge. Lamps and
-/// windows have bright middles and dim rims, and where a soft box is brightest decides how flat its light falls.
-const PROFILE: f32 = 1.5;
+/// Exponent of the default profile of a lamp's extra light: power of the distance to the edge of what is clipped. Lamps
+/// and windows have bright centers and dim rims, and the brightest part of a soft box determines how flat its light
+/// falls.
+const PROFILE_POWER: f32 = 1.5;
 
 impl<'a> Problem<'a> {
-    pub(super) fn new(picture: &DeskPicture, meter: &'a Meter, sky: &'a [SkyCell], regions: &'a [Region]) -> Self {
-        let readings = read_darker_views(picture, sky, regions);
-        let mut profiles = profiles(sky, regions, PROFILE);
+    pub(super) fn new(
+        desk: &DeskFrame,
+        transport: &'a LightTransport,
+        sky: &'a [RadianceCell],
+        regions: &'a [Region],
+    ) -> Self {
+        let readings = read_bracketed_views(desk, sky, regions);
+        let mut profiles = profiles(sky, regions, PROFILE_POWER);
         for (reading, shape) in readings.iter().filter_map(|reading| Some((reading, reading.shape.as_ref()?))) {
-            profiles[reading.region] = shaped(&regions[reading.region], sky, shape);
+            profiles[reading.region] = shape_profile(&regions[reading.region], sky, shape);
         }
         let seen_by_cell: Vec<Vec3> = sky.iter().map(|cell| cell.seen).collect();
         let clipped_by_cell = |(region, profile): (&Region, &Vec<f32>)| {
             let cells = region.cells.iter().zip(profile);
-            let cells = cells.map(|(&i, share)| (i, *share * sky[i].clipped, *share * sky[i].limited));
+            let cells = cells.map(|(&i, weight)| (i, *weight * sky[i].clipped, *weight * sky[i].limited));
             cells.collect::<Vec<_>>()
         };
         let clipped_by_region: Vec<_> = regions.iter().zip(&profiles).map(clipped_by_cell).collect();
-        let colors = phantom_colors(picture, meter, sky);
-        let mut equations = Vec::with_capacity(meter.points.len());
-        for (i, point) in meter.points.iter().enumerate() {
-            let pos_camera = picture.camera_from_world.transform_point3(point.pos_world);
+        let colors = phantom_colors(desk, transport, sky);
+        let mut equations = Vec::with_capacity(transport.points.len());
+        for (i, point) in transport.points.iter().enumerate() {
+            let pos_camera = desk.camera_from_world.transform_point3(point.pos_world);
             let Some(radiance) =
-                picture.intrinsics.project(pos_camera).and_then(|pixel| brightness(&picture.frame, pixel))
+                desk.intrinsics.project(pos_camera).and_then(|pixel| sample_radiance(&desk.frame, pixel))
             else {
                 continue;
             };
-            let weights = &meter.weights[i * sky.len()..(i + 1) * sky.len()];
+            let weights = &transport.weights[i * sky.len()..(i + 1) * sky.len()];
             let mut seen = weighted_sum(weights, &seen_by_cell);
             let (mut per_gain, mut limited) = (Vec::with_capacity(regions.len()), Vec::with_capacity(regions.len()));
             for cells in &clipped_by_region {
@@ -92,23 +99,23 @@ impl<'a> Problem<'a> {
                 per_gain.push(with_gray(sums.0));
                 limited.push(with_gray(sums.1));
             }
-            for (phantom, share) in &meter.hidden[i] {
-                seen += *share * colors[*phantom];
+            for (phantom, solid_angle) in &transport.occluded[i] {
+                seen += *solid_angle * colors[*phantom];
             }
             equations.push(Equation {
                 point: *point,
-                meter_index: i,
+                point_index: i,
                 exitance: with_gray(PI * radiance),
                 seen: with_gray(seen),
                 per_gain,
                 limited,
-                class: None,
+                albedo_class: None,
             });
         }
         let limits = regions.iter().map(|region| mean_limit(region, sky)).collect();
         let readings = gain_readings(readings, sky, regions);
         Self {
-            meter,
+            transport,
             sky,
             regions,
             limits,
@@ -120,17 +127,17 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Whether a darker view shows how bright a region is.
+    /// Whether a darker view reveals the brightness of a region.
     pub(super) fn is_read(&self, region: usize) -> bool {
         self.readings.iter().any(|reading| reading.region == region && !reading.is_bound[GRAY])
     }
 
-    /// Irradiance with clipped light raised.
+    /// Irradiance with extra gains `x` on clipped light.
     pub(super) fn irradiance(&self, equation: &Equation, channel: usize, x: &[f64]) -> f64 {
         equation.seen[channel] + self.extra(equation, channel, x)
     }
 
-    /// What the extra gains add.
+    /// Irradiance added by the extra gains.
     pub(super) fn extra(&self, equation: &Equation, channel: usize, x: &[f64]) -> f64 {
         let parts = equation.per_gain.iter().zip(&equation.limited).zip(&self.limits).zip(x);
         parts.map(|(((free, limited), limit), x)| free[channel] * x + limited[channel] * x.min(limit[channel])).sum()
@@ -157,14 +164,14 @@ impl<'a> Problem<'a> {
 }
 
 fn neighbors(regions: &[Region]) -> Vec<(usize, usize)> {
-    let is_near = |a: &Region, b: &Region| a.dir_world.distance(b.dir_world) < 2.0 * (a.spread + b.spread);
+    let is_near = |a: &Region, b: &Region| a.dir_world.distance(b.dir_world) < 2.0 * (a.rms_radius + b.rms_radius);
     (0..regions.len())
         .flat_map(|r| (r + 1..regions.len()).map(move |s| (r, s)))
         .filter(|&(r, s)| is_near(&regions[r], &regions[s]))
         .collect()
 }
 
-fn mean_limit(region: &Region, sky: &[SkyCell]) -> [f64; 4] {
+fn mean_limit(region: &Region, sky: &[RadianceCell]) -> [f64; 4] {
     let (mut sum, mut total) = (Vec3::ZERO, Vec3::ZERO);
     for cell in region.cells.iter().map(|&i| &sky[i]) {
         sum += cell.solid_angle * cell.limited * (cell.limit - 1.0);
@@ -175,9 +182,9 @@ fn mean_limit(region: &Region, sky: &[SkyCell]) -> [f64; 4] {
     [r, g, b, mean(sum.element_sum(), total.element_sum())]
 }
 
-/// What the darker views say in terms of the unknowns.
-fn gain_readings(readings: Vec<DarkReading>, sky: &[SkyCell], regions: &[Region]) -> Vec<GainReading> {
-    let in_gains = |reading: DarkReading| {
+/// Converts readings of darker views to extra gains.
+fn gain_readings(readings: Vec<BracketReading>, sky: &[RadianceCell], regions: &[Region]) -> Vec<GainReading> {
+    let in_gains = |reading: BracketReading| {
         let cells = regions[reading.region].cells.iter().map(|&i| &sky[i]);
         let clipped: Vec3 = cells.map(|cell| cell.solid_angle * (cell.clipped + cell.limited)).sum();
         let (energy, clipped) = (with_gray(reading.energy.as_vec3()), with_gray(clipped));
@@ -191,8 +198,8 @@ fn gain_readings(readings: Vec<DarkReading>, sky: &[SkyCell], regions: &[Region]
     readings.into_iter().map(in_gains).collect()
 }
 
-/// Half of the weights are zero: what lies behind the surface. A plain loop, for it is the innermost, in builds without
-/// optimization too.
+/// Half of the weights are zero, behind the surface. A plain loop, because it is the innermost one and has to be fast
+/// in unoptimized builds too.
 fn weighted_sum(weights: &[f32], values: &[Vec3]) -> Vec3 {
     let values = &values[..weights.len()];
     let (mut sum, mut i) = (Vec3::ZERO, 0);
@@ -210,22 +217,21 @@ pub(super) fn with_gray(v: Vec3) -> [f64; 4] {
     [v.x, v.y, v.z, v.element_sum() / 3.0]
 }
 
-/// Mean radiance of each phantom where the picture shows it; below the horizon's where it does not.
-fn phantom_colors(picture: &DeskPicture, meter: &Meter, sky: &[SkyCell]) -> Vec<Vec3> {
-    let up = picture.papers.first().map_or(Vec3::Y, |paper| paper.world_from_marker.transform_vector3(Vec3::Y));
+/// Mean radiance of each phantom where the frame shows it; otherwise the mean radiance below the horizon.
+fn phantom_colors(desk: &DeskFrame, transport: &LightTransport, sky: &[RadianceCell]) -> Vec<Vec3> {
+    let up = desk.papers.first().map_or(Vec3::Y, |paper| paper.world_from_marker.transform_vector3(Vec3::Y));
     let (below, total) = sky
         .iter()
         .filter(|cell| cell.dir_world.dot(up) < 0.0)
         .fold((Vec3::ZERO, 0.0), |(sum, total), cell| (sum + cell.seen * cell.solid_angle, total + cell.solid_angle));
-    let mut sums = vec![(Vec3::ZERO, 0.0_f32); picture.phantoms.len()];
-    for point in &meter.points {
+    let mut sums = vec![(Vec3::ZERO, 0.0_f32); desk.phantoms.len()];
+    for point in &transport.points {
         let Surface::Phantom(k) = point.surface else {
             continue;
         };
-        let pixel = picture.intrinsics.project(picture.camera_from_world.transform_point3(point.pos_world));
-        if let Some(pixel) = pixel.filter(|p| p.cmpge(Vec2::ZERO).all() && p.cmplt(picture.frame.size.as_vec2()).all())
-        {
-            sums[k].0 += picture.frame.linear(pixel.x as i32, pixel.y as i32);
+        let pixel = desk.intrinsics.project(desk.camera_from_world.transform_point3(point.pos_world));
+        if let Some(pixel) = pixel.filter(|p| p.cmpge(Vec2::ZERO).all() && p.cmplt(desk.frame.size.as_vec2()).all()) {
+            sums[k].0 += desk.frame.linear(pixel.x as i32, pixel.y as i32);
             sums[k].1 += 1.0;
         }
     }

@@ -1,6 +1,6 @@
-//! Least squares with unknowns that cannot be negative.
+//! Least squares with lower bounds on the unknowns.
 
-/// Normal equations ½·xᵀHx − bᵀx of a weighted least-squares problem; rows are added one by one.
+/// Normal equations ½·xᵀHx − bᵀx of a weighted least-squares problem. Rows are added one by one.
 #[derive(Clone, Debug)]
 pub(super) struct NormalEquations {
     n: usize,
@@ -8,8 +8,8 @@ pub(super) struct NormalEquations {
     b: Vec<f64>,
 }
 
-/// Sweeps over all unknowns; each costs n².
-const MOST_SWEEPS: usize = 500;
+/// Largest number of sweeps over all unknowns; each costs n².
+const MAX_SWEEPS: usize = 500;
 /// Relative change of the largest unknown at which the sweeps end.
 const TOLERANCE: f64 = 1e-6;
 
@@ -18,7 +18,7 @@ impl NormalEquations {
         Self { n: unknowns, h: vec![0.0; unknowns * unknowns], b: vec![0.0; unknowns] }
     }
 
-    /// Adds weight · (row·x − wanted)². The row is given by its entries that are not zero, in rising order.
+    /// Adds weight · (row·x − wanted)². The row consists of its nonzero entries in ascending order.
     pub(super) fn add(&mut self, row: &[(usize, f64)], wanted: f64, weight: f64) {
         debug_assert!(row.is_sorted_by_key(|(i, _)| *i), "only the upper triangle of H is filled");
         for (k, &(i, a)) in row.iter().enumerate() {
@@ -33,11 +33,11 @@ impl NormalEquations {
         }
     }
 
-    /// The x ≥ floor at which the sum is least, by coordinate descent from a start.
+    /// Minimizes the sum over x ≥ floor, by coordinate descent from a start.
     pub(super) fn solve(&self, start: &[f64], floor: &[f64]) -> Vec<f64> {
         let mut x: Vec<f64> = start.iter().zip(floor).map(|(x, floor)| x.max(*floor)).collect();
         let h = self.symmetric();
-        for _ in 0..MOST_SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             let (mut change, mut largest) = (0.0_f64, 1e-30_f64);
             for i in 0..self.n {
                 let row = &h[i * self.n..(i + 1) * self.n];
@@ -46,7 +46,7 @@ impl NormalEquations {
                 }
                 let gradient = row.iter().zip(&x).map(|(a, b)| a * b).sum::<f64>() - self.b[i];
                 let next = (x[i] - gradient / row[i]).max(floor[i]);
-                // In units of each unknown's own uncertainty they would all weigh the same.
+                // Scaled to each unknown's own uncertainty, so that all unknowns weigh the same.
                 let scale = row[i].sqrt();
                 change = change.max((next - x[i]).abs() * scale);
                 largest = largest.max(next * scale);
@@ -59,7 +59,7 @@ impl NormalEquations {
         x
     }
 
-    /// Inverse of H (Gauss-Jordan with pivots); `None` if it is singular.
+    /// Inverse of H by Gauss-Jordan elimination with pivoting; `None` if H is singular.
     pub(super) fn inverse(&self) -> Option<Vec<f64>> {
         let n = self.n;
         let (mut a, mut inverse) = (self.symmetric(), vec![0.0; n * n]);
@@ -102,7 +102,7 @@ impl NormalEquations {
         h
     }
 
-    /// H's entry on the diagonal.
+    /// Diagonal entry of H.
     pub(super) fn diagonal(&self, i: usize) -> f64 {
         self.h[i * self.n + i]
     }

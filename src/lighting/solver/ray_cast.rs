@@ -1,4 +1,4 @@
-//! What stands between a point and a direction: phantoms as triangles, the ball as a sphere.
+//! Ray casting against phantoms (triangles) and balls (spheres).
 
 use bevy::{
     math::Affine3A,
@@ -6,30 +6,30 @@ use bevy::{
     prelude::*,
 };
 
-/// A real thing on the desk, in world space.
+/// A real object on the desk, in world space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhantomSolid {
-    /// Whether it hides light from others; supporting planes do not.
+    /// Whether it casts shadows. Supporting planes do not.
     pub casts: bool,
-    /// Whether its own brightness tells of the light on it; mirrors' does not.
+    /// Whether its brightness reveals the light on it. That of mirrors does not.
     pub receives: bool,
-    /// Share of light it reflects, per channel, where that is known.
+    /// Fraction of light that it reflects, per channel, if known.
     pub reflectance: Option<Vec3>,
     triangles: Vec<[Vec3; 3]>,
     center: Vec3,
     radius: f32,
-    /// Corners of the box about it.
+    /// Corners of the bounding box.
     bounds: [Vec3; 2],
 }
 
-/// Rays start this far from the surface they belong to, in metres: meshes are no better than that.
+/// Distance of ray origins from their surface, meters. Meshes are not more exact than that.
 pub(super) const SURFACE_OFFSET: f32 = 5e-4;
 
-/// Boxes about solids are wider by this, so that flat ones have a volume, metres.
+/// Margin of bounding boxes, meters. Gives flat solids a volume.
 const BOUNDS_MARGIN: f32 = 1e-5;
 
 impl PhantomSolid {
-    /// Takes the triangles of a mesh; `None` if it has none that the CPU can read.
+    /// Creates a solid from the triangles of a mesh; `None` if it has none that the CPU can read.
     pub fn from_mesh(mesh: &Mesh, world_from_mesh: &Affine3A) -> Option<Self> {
         if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
             return None;
@@ -51,7 +51,7 @@ impl PhantomSolid {
         Self::from_triangles(triangles)
     }
 
-    /// A solid of triangles in world space; `None` if there are none or they are not finite.
+    /// Creates a solid from triangles in world space; `None` if there are none or they are not finite.
     pub fn from_triangles(triangles: Vec<[Vec3; 3]>) -> Option<Self> {
         let (low, high) = triangles
             .iter()
@@ -73,12 +73,12 @@ impl PhantomSolid {
         })
     }
 
-    /// Whether every corner lies within a sphere: a stand-in for the ball itself.
+    /// Whether every corner lies within a sphere. Identifies stand-ins for the ball itself.
     pub fn is_within(&self, center: Vec3, radius: f32) -> bool {
         self.triangles.iter().flatten().all(|p| p.distance(center) <= radius)
     }
 
-    /// Distance along a ray to the nearest of its triangles and that triangle's normal, towards the ray's origin.
+    /// Distance along a ray to the nearest triangle and the normal of that triangle, on the side of the ray's origin.
     pub(super) fn hit(&self, origin: Vec3, dir: Vec3) -> Option<(f32, Vec3)> {
         if !self.is_near(origin, dir) {
             return None;
@@ -97,7 +97,7 @@ impl PhantomSolid {
         })
     }
 
-    /// Whether a ray hits any of its triangles. Rays that follow each other mostly hit the same one: `guess` is its place.
+    /// Whether a ray hits any triangle. Consecutive rays mostly hit the same triangle: `guess` is its index.
     pub(super) fn is_hit(&self, origin: Vec3, dir: Vec3, guess: &mut usize) -> bool {
         if !self.is_near(origin, dir) {
             return false;
@@ -111,12 +111,12 @@ impl PhantomSolid {
         found.is_some()
     }
 
-    /// Whether any of it is above a plane.
+    /// Whether any part of the solid is above a plane.
     pub(super) fn is_above(&self, origin: Vec3, normal: Vec3) -> bool {
         (self.center - origin).dot(normal) > -self.radius
     }
 
-    /// Whether a ray comes near it: sphere first, then box (Kay & Kajiya 1986).
+    /// Whether a ray hits the bounding sphere and the bounding box (Kay & Kajiya 1986).
     fn is_near(&self, origin: Vec3, dir: Vec3) -> bool {
         if !sphere_is_hit(self.center - origin, self.radius, dir) {
             return false;
@@ -126,7 +126,7 @@ impl PhantomSolid {
     }
 }
 
-/// Distance along a ray to a triangle, seen from both sides (Möller & Trumbore 1997).
+/// Distance along a ray to a two-sided triangle (Möller & Trumbore 1997).
 fn triangle_distance([a, b, c]: &[Vec3; 3], origin: Vec3, dir: Vec3) -> Option<f32> {
     let (ab, ac) = (*b - *a, *c - *a);
     let p = dir.cross(ac);
@@ -148,7 +148,7 @@ fn triangle_distance([a, b, c]: &[Vec3; 3], origin: Vec3, dir: Vec3) -> Option<f
     (distance > 0.0).then_some(distance)
 }
 
-/// Whether a ray from the origin hits a sphere; from inside it always does.
+/// Whether a ray from the coordinate origin hits a sphere. `true` inside the sphere.
 pub(super) fn sphere_is_hit(center: Vec3, radius: f32, dir: Vec3) -> bool {
     let along = center.dot(dir);
     let outside = center.length_squared() - radius * radius;

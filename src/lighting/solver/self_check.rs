@@ -1,9 +1,10 @@
-//! A virtual ball over the real one: how well the light that is shown explains the newest picture.
+//! Self-check: compares the real ball with a virtual ball that mirrors the displayed light.
 
 use super::{
-    desk_picture::DeskPicture,
-    find::FoundLight,
-    sky::{SKY_EDGE, SkyCell, cell_index},
+    desk_frame::DeskFrame,
+    detect_lights::DetectedLight,
+    radiance_cells::{CELLS_PER_EDGE, cell_index},
+    solved_light::SolvedLight,
 };
 use crate::{
     camera::srgb_to_linear,
@@ -13,38 +14,37 @@ use bevy::prelude::*;
 
 /// Difference between the real ball and a virtual one in its place; on the entity of the ball.
 ///
-/// The virtual ball mirrors the light that was shown when the picture arrived, that of the picture before: what has moved, flickered
-/// or been placed badly shows here.
+/// The virtual ball mirrors the light that was displayed when the frame arrived, which is that of the previous frame.
+/// Lights that have moved or flickered and badly placed balls show up here.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct SelfCheck {
-    /// Sequence number of the picture.
+    /// Sequence number of the frame.
     pub sequence: u64,
-    /// Root of the mean squared difference of pixels, sRGB-encoded, 0…1.
+    /// Root mean square difference of the pixels, sRGB-encoded, 0…1.
     pub rmse: f32,
-    /// Angle between the strongest light as the game knows it and its picture in the real ball, radians. `None` without a light
-    /// or where the ball shows no clipped pixel near it.
+    /// Angle between the strongest displayed light and its mirror image in the real ball, radians. `None` without a
+    /// light or where the ball shows no clipped pixel near it.
     pub key_light_angle: Option<f32>,
 }
 
-/// Pixels that are compared along each side of the ball.
+/// Number of compared pixels along each side of the ball.
 const STEPS: u32 = 48;
-/// Clipped pixels that show directions this close to a light belong to it, radians beyond its angular radius.
-const AROUND: f32 = 0.1;
+/// Largest angle between a light's rim and the directions that its clipped pixels show, radians.
+const KEY_LIGHT_MARGIN: f32 = 0.1;
 
-/// Compares a picture with what a sky and a light in it predict.
-pub(super) fn check(
-    picture: &DeskPicture,
-    sky: &[SkyCell],
-    gains: &[Vec3],
-    key: Option<&FoundLight>,
+/// Compares a frame with the prediction by a solved light and its strongest light.
+pub(in crate::lighting) fn compare_ball(
+    desk: &DeskFrame,
+    light: &SolvedLight,
+    key: Option<&DetectedLight>,
 ) -> Option<(f32, Option<f32>)> {
-    let center = picture.camera_from_world.transform_point3(picture.ball.center);
-    let ball = BallView::new(center, picture.ball.radius)?;
-    let outline = ball.outline(&picture.intrinsics);
+    let center = desk.camera_from_world.transform_point3(desk.ball.center);
+    let ball = BallView::new(center, desk.ball.radius)?;
+    let outline = ball.outline(&desk.intrinsics);
     let keep = 1.0 - 2.0 * EDGE_MARGIN_PIXELS / outline.semi_axes.y.max(2.0 * EDGE_MARGIN_PIXELS);
-    let world_from_camera = picture.camera_from_world.inverse();
-    let frame = &picture.frame;
+    let world_from_camera = desk.camera_from_world.inverse();
+    let frame = &desk.frame;
     let (mut sum, mut count) = (0.0_f32, 0.0_f32);
     let mut towards_key = Vec3::ZERO;
     for i in 0..STEPS * STEPS {
@@ -57,12 +57,12 @@ pub(super) fn check(
         if pixel.cmplt(Vec2::ZERO).any() || pixel.cmpge(frame.size.as_vec2()).any() {
             continue;
         }
-        let Some(dir_camera) = ball.mirrored_direction(picture.intrinsics.ray(pixel)) else {
+        let Some(dir_camera) = ball.mirrored_direction(desk.intrinsics.ray(pixel)) else {
             continue;
         };
         let dir_world = world_from_camera.transform_vector3(dir_camera);
-        let cell = cell_index(dir_world, SKY_EDGE);
-        let expected = picture.ball.reflectance * sky[cell].radiance(gains[cell]);
+        let cell = cell_index(dir_world, CELLS_PER_EDGE);
+        let expected = desk.ball.reflectance * light.sky[cell].radiance(light.gains[cell]);
         let real = frame.rgb8(pixel.x as i32, pixel.y as i32);
         for c in 0..3 {
             let difference = encode(expected[c]) - f32::from(real[c]) / 255.0;
@@ -71,9 +71,9 @@ pub(super) fn check(
         }
         if let Some(key) = key
             && real.into_iter().map(srgb_to_linear).fold(0.0, f32::max) > 0.98
-            && dir_world.angle_between(key.direction) < key.angular_radius + AROUND
+            && dir_world.angle_between(key.direction) < key.angular_radius + KEY_LIGHT_MARGIN
         {
-            // A pixel shows a larger part of the sky the nearer it is to the rim.
+            // Pixels nearer to the rim show a larger part of the sky.
             towards_key += dir_world / (1.0 - across.length_squared()).max(0.05).sqrt();
         }
     }

@@ -1,20 +1,20 @@
-//! Surfaces of unknown albedo: one or two per phantom, told apart by their brightness under the light as it is known so far.
+//! Unknown albedos: one or two classes per phantom, separated by brightness under the light of the current round.
 
 use super::{
     equations::{GRAY, Problem},
-    meter::Surface,
+    sample_points::Surface,
 };
 
 impl Problem<'_> {
-    /// Inverse albedo of each class in a channel: the median.
+    /// Inverse albedo of each class in a channel: the median over its points.
     pub(super) fn albedos(&self, channel: usize, x: &[f64]) -> Vec<f64> {
-        let classes = self.equations.iter().filter_map(|e| e.class).max().map_or(0, |most| most + 1);
+        let classes = self.equations.iter().filter_map(|e| e.albedo_class).max().map_or(0, |max| max + 1);
         (0..classes)
-            .map(|class| {
+            .map(|albedo_class| {
                 let mut ratios: Vec<f64> = self
                     .equations
                     .iter()
-                    .filter(|e| e.class == Some(class))
+                    .filter(|e| e.albedo_class == Some(albedo_class))
                     .map(|e| self.irradiance(e, channel, x) / e.exitance[channel].max(1e-9))
                     .filter(|ratio| ratio.is_finite())
                     .collect();
@@ -24,7 +24,7 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// Tells surfaces of different albedo apart, and returns their inverse albedos.
+    /// Assigns points to albedo classes and returns the inverse albedos of the classes.
     pub(super) fn classify(&mut self, x: &[f64]) -> Vec<f64> {
         let logs: Vec<f64> = self
             .equations
@@ -49,16 +49,16 @@ impl Problem<'_> {
                     e.point.surface == Surface::Phantom(phantom) && e.point.reflectance.is_none() && logs[i].is_finite()
                 })
                 .collect();
-            if members.len() < LEAST_POINTS {
+            if members.len() < MIN_POINTS {
                 for i in members {
-                    self.equations[i].class = None;
+                    self.equations[i].albedo_class = None;
                 }
                 continue;
             }
-            let threshold = two_albedos(&members.iter().map(|&i| logs[i]).collect::<Vec<_>>());
+            let threshold = albedo_threshold(&members.iter().map(|&i| logs[i]).collect::<Vec<_>>());
             for i in members {
-                let class = threshold.map_or(0, |limit| usize::from(logs[i] > limit));
-                self.equations[i].class = Some(classes + class);
+                let albedo_class = threshold.map_or(0, |limit| usize::from(logs[i] > limit));
+                self.equations[i].albedo_class = Some(classes + albedo_class);
             }
             classes += if threshold.is_some() { 2 } else { 1 };
         }
@@ -66,16 +66,16 @@ impl Problem<'_> {
     }
 }
 
-/// Phantoms with fewer points in view tell nothing.
-const LEAST_POINTS: usize = 8;
-/// Two albedos differ by at least this much (logarithm), and by this many times the scatter of each.
-const LEAST_CONTRAST: (f64, f64) = (0.08, 3.2);
+/// Fewest points in view for a phantom to be used.
+const MIN_POINTS: usize = 8;
+/// Smallest distance between two albedos: as a difference of logarithms, and in units of the scatter of each group.
+const MIN_CONTRAST: (f64, f64) = (0.08, 3.2);
 
-/// Where logarithms of albedos fall into two groups: the border between them.
-fn two_albedos(logs: &[f64]) -> Option<f64> {
+/// Threshold between two groups of logarithmic albedos; `None` if there is only one group.
+fn albedo_threshold(logs: &[f64]) -> Option<f64> {
     let mut sorted = logs.to_vec();
     sorted.sort_by(f64::total_cmp);
-    // Tails are shadows and shine, no albedos.
+    // The tails are shadows and highlights, not albedos.
     let n = sorted.len();
     let core = &sorted[n / 20..n - n / 20];
     let sums: Vec<f64> = core
@@ -86,7 +86,7 @@ fn two_albedos(logs: &[f64]) -> Option<f64> {
         })
         .collect();
     let (total, count) = (*sums.last()?, core.len() as f64);
-    // Otsu 1979: the border with the largest variance between the groups.
+    // Otsu 1979: the threshold with the largest variance between the groups.
     let best = (core.len() / 10..core.len() - core.len() / 10).max_by(|&i, &j| {
         let between = |i: usize| {
             let (left, right) = (i as f64 + 1.0, count - i as f64 - 1.0);
@@ -106,6 +106,5 @@ fn two_albedos(logs: &[f64]) -> Option<f64> {
     }
     let ((low, low_scatter), (high, high_scatter)) = (scatter(left), scatter(right));
     let gap = high - low;
-    (gap > LEAST_CONTRAST.0 && gap > LEAST_CONTRAST.1 * 0.5 * (low_scatter + high_scatter))
-        .then_some(0.5 * (low + high))
+    (gap > MIN_CONTRAST.0 && gap > MIN_CONTRAST.1 * 0.5 * (low_scatter + high_scatter)).then_some(0.5 * (low + high))
 }
