@@ -60,6 +60,7 @@
 //! draws back faces in black lines, and switches the style per model.
 
 mod cutout;
+mod dome_bindings;
 mod hull;
 mod image_based;
 mod outline;

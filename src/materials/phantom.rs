@@ -1,6 +1,10 @@
 //! The material of phantoms: the camera picture under the shadows of virtual things and the light of virtual lamps.
 
-use super::{ImageBasedMaterial, ToonMaterial, outline::Outline};
+use super::{
+    ImageBasedMaterial, ToonMaterial,
+    dome_bindings::{DomeBindings, bind_fields, define_in_fragment},
+    outline::Outline,
+};
 use crate::{
     camera::{ArCamera, CameraFrame, FrameMapping, FrameTexture},
     phantom::{PhantomObject, StageRole},
@@ -10,10 +14,7 @@ use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{MaterialPipeline, MaterialPipelineKey},
     prelude::*,
-    render::{
-        render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
-        storage::ShaderBuffer,
-    },
+    render::render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
     shader::ShaderRef,
 };
 
@@ -21,26 +22,23 @@ use bevy::{
 /// the crate: put a [`PhantomObject`] on an entity instead.
 ///
 /// The picture is that of the first [`ArCamera`]; before it has one, phantoms are not drawn.
-#[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
-#[bind_group_data(PhantomKey)]
+#[derive(Asset, TypePath, Clone, Debug)]
 pub struct PhantomMaterial {
+    frame: FrameBindings,
+    dome: DomeBindings,
+    receives: bool,
+    has_lamps: bool,
+}
+
+bind_fields!(PhantomMaterial, PhantomKey, dome: DomeBindings, frame: FrameBindings);
+
+#[derive(AsBindGroup, Clone, Debug)]
+struct FrameBindings {
     #[texture(0)]
     #[sampler(1)]
     frame: Option<Handle<Image>>,
     #[uniform(2)]
     uniform: PhantomUniform,
-    #[texture(100, sample_type = "depth")]
-    #[sampler(101, sampler_type = "comparison")]
-    atlas: Handle<Image>,
-    #[storage(102, read_only)]
-    views: Handle<ShaderBuffer>,
-    #[storage(103, read_only)]
-    weights: Handle<ShaderBuffer>,
-    #[storage(104, read_only)]
-    visibility: Handle<ShaderBuffer>,
-    shader: DomeShader,
-    receives: bool,
-    has_lamps: bool,
 }
 
 /// Mirror of `Phantom` in phantom.wgsl.
@@ -60,7 +58,7 @@ pub struct PhantomKey {
 
 impl From<&PhantomMaterial> for PhantomKey {
     fn from(material: &PhantomMaterial) -> Self {
-        Self { receives: material.receives, shader: material.shader, has_lamps: material.has_lamps }
+        Self { receives: material.receives, shader: material.dome.shader, has_lamps: material.has_lamps }
     }
 }
 
@@ -82,11 +80,10 @@ impl Material for PhantomMaterial {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        if let Some(fragment) = &mut descriptor.fragment {
-            fragment.shader_defs.extend(key.bind_group_data.receives.then(|| "RECEIVES_SHADOWS".into()));
-            fragment.shader_defs.extend(key.bind_group_data.shader.shader_defs());
-            fragment.shader_defs.extend(key.bind_group_data.has_lamps.then(|| "HAS_LAMPS".into()));
-        }
+        let PhantomKey { receives, shader, has_lamps } = key.bind_group_data;
+        define_in_fragment(descriptor, receives.then(|| "RECEIVES_SHADOWS".into()));
+        define_in_fragment(descriptor, shader.shader_defs());
+        define_in_fragment(descriptor, has_lamps.then(|| "HAS_LAMPS".into()));
         Ok(())
     }
 }
@@ -133,13 +130,8 @@ pub(super) fn follow_camera(
         return;
     }
     let material = |receives: bool| PhantomMaterial {
-        frame: frame.clone(),
-        uniform: PhantomUniform { frame_uv_from_view_uv },
-        atlas: textures.atlas.clone(),
-        views: textures.views.clone(),
-        weights: textures.weights.clone(),
-        visibility: textures.visibility.clone(),
-        shader: textures.shader,
+        frame: FrameBindings { frame: frame.clone(), uniform: PhantomUniform { frame_uv_from_view_uv } },
+        dome: textures.as_ref().into(),
         receives,
         has_lamps: sources.has_lamps,
     };

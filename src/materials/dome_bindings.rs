@@ -1,0 +1,112 @@
+//! Resources of the dome shadows as bindings of a material: 100 to 104, the same in every material that reads shadows.
+
+use crate::shadows::{DomeShader, DomeTextures};
+use bevy::{
+    ecs::system::lifetimeless::SRes,
+    prelude::*,
+    render::{
+        render_asset::RenderAssets,
+        render_resource::{AsBindGroup, RenderPipelineDescriptor},
+        storage::{GpuShaderBuffer, ShaderBuffer},
+        texture::{FallbackImage, GpuImage},
+    },
+    shader::ShaderDefVal,
+};
+
+/// Bindings of [`DomeTextures`], as `shadows/maps.wgsl` and `shadows/receive.wgsl` declare them.
+#[derive(AsBindGroup, Clone, Debug)]
+#[bind_group_data(DomeShader)]
+pub(super) struct DomeBindings {
+    #[texture(100, sample_type = "depth")]
+    #[sampler(101, sampler_type = "comparison")]
+    atlas: Handle<Image>,
+    #[storage(102, read_only)]
+    views: Handle<ShaderBuffer>,
+    #[storage(103, read_only)]
+    weights: Handle<ShaderBuffer>,
+    #[storage(104, read_only)]
+    visibility: Handle<ShaderBuffer>,
+    pub(super) shader: DomeShader,
+}
+
+impl From<&DomeTextures> for DomeBindings {
+    fn from(textures: &DomeTextures) -> Self {
+        Self {
+            atlas: textures.atlas.clone(),
+            views: textures.views.clone(),
+            weights: textures.weights.clone(),
+            visibility: textures.visibility.clone(),
+            shader: textures.shader,
+        }
+    }
+}
+
+impl From<&DomeBindings> for DomeShader {
+    fn from(bindings: &DomeBindings) -> Self {
+        bindings.shader
+    }
+}
+
+/// Adds shader definitions to the fragment stage of a pipeline, if it has one.
+pub(super) fn define_in_fragment(
+    descriptor: &mut RenderPipelineDescriptor,
+    definitions: impl IntoIterator<Item = ShaderDefVal>,
+) {
+    if let Some(fragment) = &mut descriptor.fragment {
+        fragment.shader_defs.extend(definitions);
+    }
+}
+
+/// What derived implementations of `AsBindGroup` read.
+pub(super) type BindingAssets =
+    (SRes<RenderAssets<GpuImage>>, SRes<FallbackImage>, SRes<RenderAssets<GpuShaderBuffer>>);
+
+/// Implements `AsBindGroup` for a material by concatenating the bindings of some of its fields, which the derive macro
+/// cannot do. The bind group data are those that the material converts into. Never bindless.
+///
+/// Fields whose assets may still be loading come first, so that a retry has created no buffers.
+macro_rules! bind_fields {
+    ($material:ident, $data:ty, $($field:ident: $bindings:ty),+) => {
+        impl AsBindGroup for $material {
+            type Data = $data;
+            type Param = $crate::materials::dome_bindings::BindingAssets;
+
+            fn label() -> &'static str {
+                stringify!($material)
+            }
+
+            fn bind_group_data(&self) -> $data {
+                self.into()
+            }
+
+            fn unprepared_bind_group(
+                &self,
+                layout: &bevy::render::render_resource::BindGroupLayout,
+                device: &bevy::render::renderer::RenderDevice,
+                param: &mut bevy::ecs::system::SystemParamItem<'_, '_, Self::Param>,
+                force_no_bindless: bool,
+            ) -> Result<
+                bevy::render::render_resource::UnpreparedBindGroup,
+                bevy::render::render_resource::AsBindGroupError,
+            > {
+                let mut resources = Vec::new();
+                $(
+                    let part = self.$field.unprepared_bind_group(layout, device, param, force_no_bindless)?;
+                    resources.extend(part.bindings.0);
+                )+
+                let bindings = bevy::render::render_resource::BindingResources(resources);
+                Ok(bevy::render::render_resource::UnpreparedBindGroup { bindings })
+            }
+
+            fn bind_group_layout_entries(
+                device: &bevy::render::renderer::RenderDevice,
+                force_no_bindless: bool,
+            ) -> Vec<bevy::render::render_resource::BindGroupLayoutEntry> {
+                let mut entries = Vec::new();
+                $(entries.extend(<$bindings>::bind_group_layout_entries(device, force_no_bindless));)+
+                entries
+            }
+        }
+    };
+}
+pub(super) use bind_fields;
