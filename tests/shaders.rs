@@ -68,7 +68,7 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let filtered = FILTERS.iter().flat_map(|filter| steps.map(|step| vec![*filter, step]));
             filtered.flat_map(|set| [set.clone(), [set.as_slice(), &[multisampled]].concat()]).collect()
         }
-        Some("soft_edges.wgsl") => vec![vec![], vec![&["MULTISAMPLED"] as &[&str]]],
+        Some("soft_edges_pass.wgsl") => vec![vec![], vec![&["MULTISAMPLED"] as &[&str]]],
         // The rings of taps in environment/lobe.rs.
         Some("filter_pass.wgsl") => {
             let taps: [&[&str]; 2] = [
@@ -254,8 +254,8 @@ const LOOSE_BUILTINS: [&str; 27] = [
 /// Each use of one of them: file, builtin, how often, and why it does no harm there.
 const HARMLESS: [(&str, &str, usize, &str); 12] = [
     ("camera/background_pass.wgsl", "textureSampleLevel", 1, "one screen pixel per camera pixel falls on its middle"),
-    ("debug/map_view.wgsl", "cos", 2, "0.03° at a picture of 2° per pixel"),
-    ("debug/map_view.wgsl", "sin", 3, "0.03° at a picture of 2° per pixel"),
+    ("debug/map_view/map_view_pass.wgsl", "cos", 2, "0.03° at a picture of 2° per pixel"),
+    ("debug/map_view/map_view_pass.wgsl", "sin", 3, "0.03° at a picture of 2° per pixel"),
     ("prefilter/filter_pass.wgsl", "log2", 1, "of 0.2 to 1, where it is off by 2⁻²¹ levels"),
     ("prefilter/filter_pass.wgsl", "textureSampleLevel", 2, "weights of 8 bits, summed over ten and more lookups"),
     ("materials/phantom.wgsl", "textureSampleLevel", 1, "one screen pixel per camera pixel falls on its middle"),

@@ -59,16 +59,14 @@
 //! Sources: Kunze 2006 (rows E1–E3), who takes ramps of two to five levels over N·L and R·V of one lamp from textures,
 //! draws back faces in black lines, and switches the style per model.
 
-mod cutout;
+mod alpha_mask;
 mod dome_bindings;
-mod hull;
 mod image_based;
 mod outline;
 mod phantom;
 mod soft_edges;
 mod style;
 mod toon;
-mod twin;
 
 pub use image_based::{DomeShadowed, ImageBasedMaterial};
 pub use outline::OutlineMaterial;
@@ -94,33 +92,31 @@ impl Plugin for MaterialsPlugin {
             app.add_plugins(ShadowsPlugin);
         }
         load_shader_library!(app, "lamps.wgsl");
+        load_shader_library!(app, "phantom_frame.wgsl");
         embedded_asset!(app, "phantom.wgsl");
         embedded_asset!(app, "phantom_prepass.wgsl");
         embedded_asset!(app, "image_based.wgsl");
         embedded_asset!(app, "toon.wgsl");
-        embedded_asset!(app, "outline.wgsl");
+        outline::build(app);
         soft_edges::build(app);
         app.register_type::<SurfaceStyle>()
             .add_plugins((
                 MaterialPlugin::<PhantomMaterial>::default(),
                 MaterialPlugin::<ImageBasedMaterial>::default(),
                 MaterialPlugin::<ToonMaterial>::default(),
-                MaterialPlugin::<OutlineMaterial>::default(),
             ))
             .init_resource::<phantom::PhantomMaterials>()
-            .init_resource::<twin::Twins<DomeShadowed>>()
-            .init_resource::<twin::Twins<ToonShaded>>()
-            .init_resource::<outline::OutlineMaterials>()
-            .init_resource::<hull::Hulls>()
+            .init_resource::<style::StyledMaterials<DomeShadowed>>()
+            .init_resource::<style::StyledMaterials<ToonShaded>>()
             .add_systems(
                 PostUpdate,
                 (
-                    (phantom::follow_camera, phantom::dress_phantoms).chain(),
-                    (twin::follow_changes::<DomeShadowed>, twin::follow_changes::<ToonShaded>),
-                    (twin::release_materials::<DomeShadowed>, twin::release_materials::<ToonShaded>),
-                    (twin::adopt_materials::<DomeShadowed>, twin::adopt_materials::<ToonShaded>),
-                    (outline::erase_outlines, hull::forget_changed_hulls),
-                    (outline::draw_outlines, cutout::mark_cutouts),
+                    (phantom::update_phantom_materials, phantom::assign_phantom_materials).chain(),
+                    (style::update_styled_materials::<DomeShadowed>, style::update_styled_materials::<ToonShaded>),
+                    (style::restore_originals::<DomeShadowed>, style::restore_originals::<ToonShaded>),
+                    (style::apply_styles::<DomeShadowed>, style::apply_styles::<ToonShaded>),
+                    (outline::erase_outlines, outline::forget_changed_hulls),
+                    (outline::draw_outlines, alpha_mask::mark_alpha_masks),
                 )
                     .chain()
                     // Without a renderer there is nothing to dress.

@@ -106,7 +106,7 @@ struct PhantomSources {
 
 type FrameSource = (&'static ArCamera, &'static Camera, &'static CameraFrame, &'static FrameTexture);
 
-pub(super) fn follow_camera(
+pub(super) fn update_phantom_materials(
     mut shared: ResMut<PhantomMaterials>,
     mut materials: ResMut<Assets<PhantomMaterial>>,
     textures: Res<DomeTextures>,
@@ -153,19 +153,19 @@ type VirtualMaterials =
 
 type ChangedRole = (Entity, &'static StageRole, Has<MeshMaterial3d<PhantomMaterial>>);
 
-pub(super) fn dress_phantoms(
+pub(super) fn assign_phantom_materials(
     mut commands: Commands,
     shared: Res<PhantomMaterials>,
     meshes: Query<ChangedRole, (Changed<StageRole>, Without<Outline>)>,
 ) {
-    for (mesh, role, is_dressed) in &meshes {
+    for (mesh, role, has_material) in &meshes {
         let mut entity = commands.entity(mesh);
         match role {
             StageRole::Phantom(PhantomObject { receives, .. }) => {
                 let material = if *receives { &shared.receiving } else { &shared.hiding };
                 entity.remove::<VirtualMaterials>().insert(MeshMaterial3d(material.clone()));
             }
-            StageRole::Virtual if is_dressed => {
+            StageRole::Virtual if has_material => {
                 entity.remove::<MeshMaterial3d<PhantomMaterial>>();
             }
             StageRole::Virtual => {}

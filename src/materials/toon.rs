@@ -3,7 +3,7 @@
 use super::{
     SurfaceStyle,
     dome_bindings::{DomeBindings, bind_fields, define_in_fragment},
-    twin::StyleExtension,
+    style::StyleExtension,
 };
 use crate::shadows::{DomeShader, DomeTextures};
 use bevy::{

@@ -12,7 +12,7 @@
     view_transformations::position_world_to_clip,
 }
 
-/// Mirror of `OutlineUniform` in outline.rs.
+/// Mirror of `OutlineUniform` in outline_material.rs.
 struct Outline {
     /// Linear.
     color: vec4f,

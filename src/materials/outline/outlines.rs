@@ -1,119 +1,28 @@
-//! The outline of toon surfaces: the mesh once more, blown up by some pixels, seen from behind.
+//! Outlines as child entities of the meshes that they surround.
 
 use super::{
-    SurfaceStyle, ToonShaded,
     hull::Hulls,
-    toon::ToonMaterial,
-    twin::{Dressed, Styles},
+    outline_material::{OutlineLook, OutlineMaterial, OutlineMaterials},
+};
+use crate::materials::{
+    SurfaceStyle, ToonMaterial, ToonShaded,
+    style::{Styled, Styles},
 };
 use bevy::{
     camera::visibility::{NoFrustumCulling, RenderLayers, VisibilityRange},
     light::{NotShadowCaster, NotShadowReceiver},
-    material::OpaqueRendererMethod,
-    mesh::{MeshVertexBufferLayoutRef, morph::MeshMorphWeights, skinning::SkinnedMesh},
-    pbr::{MaterialPipeline, MaterialPipelineKey},
-    platform::collections::HashMap,
+    mesh::{morph::MeshMorphWeights, skinning::SkinnedMesh},
     prelude::*,
-    render::render_resource::{AsBindGroup, Face, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
-    shader::ShaderRef,
+    render::render_resource::Face,
 };
-
-/// The color of an outline. Managed by the crate: use [`ToonStyle::outline_width`](super::ToonStyle::outline_width).
-#[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
-#[bind_group_data(OutlineKey)]
-pub struct OutlineMaterial {
-    #[uniform(0)]
-    uniform: OutlineUniform,
-    is_inside_out: bool,
-}
-
-/// Mirror of `Outline` in outline.wgsl.
-#[derive(ShaderType, Clone, Copy, Debug)]
-struct OutlineUniform {
-    color: Vec4,
-    width: f32,
-}
-
-/// Which side of the hull is the far one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[repr(C)]
-pub struct OutlineKey {
-    is_inside_out: bool,
-}
-
-impl From<&OutlineMaterial> for OutlineKey {
-    fn from(material: &OutlineMaterial) -> Self {
-        Self { is_inside_out: material.is_inside_out }
-    }
-}
-
-impl Material for OutlineMaterial {
-    fn vertex_shader() -> ShaderRef {
-        "embedded://bevy_mirrorball/materials/outline.wgsl".into()
-    }
-
-    fn fragment_shader() -> ShaderRef {
-        "embedded://bevy_mirrorball/materials/outline.wgsl".into()
-    }
-
-    fn opaque_render_method(&self) -> OpaqueRendererMethod {
-        OpaqueRendererMethod::Forward
-    }
-
-    fn enable_prepass() -> bool {
-        false
-    }
-
-    fn enable_shadows() -> bool {
-        false
-    }
-
-    fn specialize(
-        _: &MaterialPipeline,
-        descriptor: &mut RenderPipelineDescriptor,
-        _: &MeshVertexBufferLayoutRef,
-        key: MaterialPipelineKey<Self>,
-    ) -> Result<(), SpecializedMeshPipelineError> {
-        let near_side = if key.bind_group_data.is_inside_out { Face::Back } else { Face::Front };
-        descriptor.primitive.cull_mode = Some(near_side);
-        Ok(())
-    }
-}
-
-/// What an outline is made of.
-#[derive(Clone, Copy, PartialEq)]
-struct OutlineLook {
-    color: LinearRgba,
-    width: f32,
-    is_inside_out: bool,
-}
-
-impl OutlineLook {
-    /// Equal looks have equal keys.
-    fn key(&self) -> ([u32; 4], bool) {
-        let Self { color, width, is_inside_out } = *self;
-        ([color.red, color.green, color.blue, width].map(f32::to_bits), is_inside_out)
-    }
-
-    fn material(&self) -> OutlineMaterial {
-        let uniform = OutlineUniform { color: self.color.to_vec4(), width: self.width };
-        OutlineMaterial { uniform, is_inside_out: self.is_inside_out }
-    }
-}
-
-/// The materials in use, one per look; outlines keep them alive.
-#[derive(Resource, Default)]
-pub(super) struct OutlineMaterials {
-    by_look: HashMap<([u32; 4], bool), AssetId<OutlineMaterial>>,
-}
 
 /// The outline of its parent; a child entity, so that it moves and goes with it.
 #[derive(Component)]
-pub(super) struct Outline;
+pub(in crate::materials) struct Outline;
 
 /// On a mesh with an outline.
 #[derive(Component)]
-pub(super) struct Outlined {
+pub(in crate::materials) struct Outlined {
     outline: Entity,
     look: OutlineLook,
     hull: AssetId<Mesh>,
@@ -122,7 +31,7 @@ pub(super) struct Outlined {
 type ToonMesh = (
     Entity,
     &'static Mesh3d,
-    &'static Dressed<ToonShaded>,
+    &'static Styled<ToonShaded>,
     Option<&'static Outlined>,
     (
         Option<Ref<'static, SkinnedMesh>>,
@@ -134,7 +43,7 @@ type ToonMesh = (
 );
 
 /// Gives every opaque toon surface the outline that its style asks for.
-pub(super) fn draw_outlines(
+pub(in crate::materials) fn draw_outlines(
     mut commands: Commands,
     mut hulls: ResMut<Hulls>,
     mut looks: ResMut<OutlineMaterials>,
@@ -145,8 +54,8 @@ pub(super) fn draw_outlines(
     styles: Styles,
 ) {
     looks.by_look.retain(|_, material| materials.contains(*material));
-    for (mesh, Mesh3d(shape), dressed, outlined, (skin, morph, layers, range, unculled)) in &toons {
-        let Some(look) = wanted_look(styles.of(mesh), originals.get(&dressed.original)) else {
+    for (mesh, Mesh3d(shape), styled, outlined, (skin, morph, layers, range, unculled)) in &toons {
+        let Some(look) = wanted_look(styles.of(mesh), originals.get(&styled.original)) else {
             continue;
         };
         let hull = hulls.around(shape, &mut meshes);
@@ -184,14 +93,14 @@ pub(super) fn draw_outlines(
 }
 
 /// Takes outlines away from meshes that are no longer drawn as toons with an outline.
-pub(super) fn erase_outlines(
+pub(in crate::materials) fn erase_outlines(
     mut commands: Commands,
-    outlined: Query<(Entity, &Outlined, Has<MeshMaterial3d<ToonMaterial>>, Option<&Dressed<ToonShaded>>, Has<Mesh3d>)>,
+    outlined: Query<(Entity, &Outlined, Has<MeshMaterial3d<ToonMaterial>>, Option<&Styled<ToonShaded>>, Has<Mesh3d>)>,
     originals: Res<Assets<StandardMaterial>>,
     styles: Styles,
 ) {
-    for (mesh, Outlined { outline, .. }, is_toon, dressed, has_shape) in &outlined {
-        let original = dressed.and_then(|dressed| originals.get(&dressed.original));
+    for (mesh, Outlined { outline, .. }, is_toon, styled, has_shape) in &outlined {
+        let original = styled.and_then(|styled| originals.get(&styled.original));
         if !is_toon || !has_shape || wanted_look(styles.of(mesh), original).is_none() {
             commands.entity(*outline).try_despawn();
             commands.entity(mesh).remove::<Outlined>();

@@ -4,7 +4,7 @@
 #import bevy_render::view::View
 #import bevy_mirrorball::shadows::samples::{IS_VIRTUAL, first_sample, world_position}
 
-/// Mirror of `SoftEdgesUniform` in soft_edges.rs.
+/// Mirror of `SoftEdgesUniform` in soft_edges_pipeline.rs.
 struct SoftEdges {
     /// Of the disc, in pixels.
     radius: f32,

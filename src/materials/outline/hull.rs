@@ -13,7 +13,7 @@ const SAME_PLACE: f32 = 1e-5;
 
 /// The hull of each outlined mesh, where it differs from the mesh itself.
 #[derive(Resource, Default)]
-pub(super) struct Hulls {
+pub(in crate::materials) struct Hulls {
     by_mesh: HashMap<AssetId<Mesh>, Option<Handle<Mesh>>>,
 }
 
@@ -31,7 +31,10 @@ impl Hulls {
     }
 }
 
-pub(super) fn forget_changed_hulls(mut changes: MessageReader<AssetEvent<Mesh>>, mut hulls: ResMut<Hulls>) {
+pub(in crate::materials) fn forget_changed_hulls(
+    mut changes: MessageReader<AssetEvent<Mesh>>,
+    mut hulls: ResMut<Hulls>,
+) {
     for change in changes.read() {
         if let AssetEvent::Modified { id } | AssetEvent::Removed { id } = change {
             hulls.by_mesh.remove(id);

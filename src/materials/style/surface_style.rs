@@ -65,12 +65,12 @@ impl ToonStyle {
     pub const MAX_OUTLINE_WIDTH: f32 = 64.0;
 
     /// The number of bands within its bounds.
-    pub(super) fn clamped_bands(&self) -> u32 {
+    pub(in crate::materials) fn clamped_bands(&self) -> u32 {
         self.bands.clamp(Self::MIN_BANDS, Self::MAX_BANDS)
     }
 
     /// The width within its bounds, if there is an outline.
-    pub(super) fn visible_outline_width(&self) -> Option<f32> {
+    pub(in crate::materials) fn visible_outline_width(&self) -> Option<f32> {
         (self.outline_width > 0.0).then(|| self.outline_width.min(Self::MAX_OUTLINE_WIDTH))
     }
 }

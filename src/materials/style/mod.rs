@@ -1,0 +1,12 @@
+//! Surface styles: which material draws a mesh.
+//!
+//! **Enters:** [`SurfaceStyle`] on entities and the `StandardMaterial`s of meshes. **Leaves:** on each mesh whose style needs
+//! shading of its own, a material that extends the original, and [`Styled`], which remembers the original.
+
+mod exchange;
+mod styled_materials;
+mod surface_style;
+
+pub(super) use exchange::{Styles, apply_styles, restore_originals, update_styled_materials};
+pub(super) use styled_materials::{StyleExtension, Styled, StyledMaterials};
+pub use surface_style::{SurfaceStyle, ToonStyle};
