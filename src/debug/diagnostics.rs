@@ -40,9 +40,9 @@ pub const KEY_LIGHT_ANGLE: DiagnosticPath = DiagnosticPath::const_new("mirrorbal
 pub const LIGHTING_AGE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/lighting_age");
 
 /// Registers the diagnostics of this module and keeps them up to date.
-pub struct FeedDiagnosticsPlugin;
+pub struct MirrorballDiagnosticsPlugin;
 
-impl Plugin for FeedDiagnosticsPlugin {
+impl Plugin for MirrorballDiagnosticsPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
         for path in [DECODE, DETECT, MEASURE, RECOVER, LIGHTING_AGE] {

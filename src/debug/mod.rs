@@ -30,10 +30,40 @@ mod panel;
 
 pub use checklist::{Check, CheckLevel, Checklist};
 pub use diagnostics::{
-    BALL_ERROR, CAPTURE_RATE, DECODE, DETECT, DROPPED, FeedDiagnosticsPlugin, KEY_LIGHT_ANGLE, LIGHTING_AGE, MEASURE,
-    RECOVER,
+    BALL_ERROR, CAPTURE_RATE, DECODE, DETECT, DROPPED, KEY_LIGHT_ANGLE, LIGHTING_AGE, MEASURE,
+    MirrorballDiagnosticsPlugin, RECOVER,
 };
 pub use map_view::{MapView, MapViewPlugin, ShownMap};
 pub use memory::{DeviceMemory, device_memory};
 #[cfg(feature = "egui")]
-pub use panel::{MeasuringPanel, MeasuringPanelPlugin};
+pub use panel::{MirrorballPanel, MirrorballPanelPlugin};
+
+/// Old name of [`MirrorballDiagnosticsPlugin`].
+#[deprecated(since = "0.1.0", note = "use `MirrorballDiagnosticsPlugin`")]
+#[doc(hidden)]
+pub type FeedDiagnosticsPlugin = MirrorballDiagnosticsPlugin;
+
+/// Old name of [`MirrorballDiagnosticsPlugin`], as a value.
+#[deprecated(since = "0.1.0", note = "use `MirrorballDiagnosticsPlugin`")]
+#[doc(hidden)]
+#[expect(non_upper_case_globals, reason = "the name that the unit struct had")]
+pub const FeedDiagnosticsPlugin: MirrorballDiagnosticsPlugin = MirrorballDiagnosticsPlugin;
+
+/// Old name of [`MirrorballPanel`].
+#[cfg(feature = "egui")]
+#[deprecated(since = "0.1.0", note = "use `MirrorballPanel`")]
+#[doc(hidden)]
+pub type MeasuringPanel = MirrorballPanel;
+
+/// Old name of [`MirrorballPanelPlugin`].
+#[cfg(feature = "egui")]
+#[deprecated(since = "0.1.0", note = "use `MirrorballPanelPlugin`")]
+#[doc(hidden)]
+pub type MeasuringPanelPlugin = MirrorballPanelPlugin;
+
+/// Old name of [`MirrorballPanelPlugin`], as a value.
+#[cfg(feature = "egui")]
+#[deprecated(since = "0.1.0", note = "use `MirrorballPanelPlugin`")]
+#[doc(hidden)]
+#[expect(non_upper_case_globals, reason = "the name that the unit struct had")]
+pub const MeasuringPanelPlugin: MirrorballPanelPlugin = MirrorballPanelPlugin;

@@ -2,7 +2,7 @@
 
 #import bevy_mirrorball::environment_map::cubemap::sample_faces
 
-/// Mirror of `ShownUniform` in map_view.rs.
+/// Mirror of `ShownUniform` in map_view_pipeline.rs.
 struct Shown {
     level: u32,
     /// 1 to show alpha instead of color.
