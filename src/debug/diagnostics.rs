@@ -52,15 +52,15 @@ impl Plugin for MirrorballDiagnosticsPlugin {
             .register_diagnostic(Diagnostic::new(DROPPED))
             .register_diagnostic(Diagnostic::new(BALL_ERROR).with_suffix(" %"))
             .register_diagnostic(Diagnostic::new(KEY_LIGHT_ANGLE).with_suffix("°"))
-            .add_systems(PostUpdate, (note_stages, note_light).after(MirrorballSystems::Light));
+            .add_systems(PostUpdate, (record_stages, record_light).after(MirrorballSystems::Light));
         let finished = FinishedFrames::default();
-        app.insert_resource(finished.clone()).add_systems(First, note_lighting_age);
+        app.insert_resource(finished.clone()).add_systems(First, record_lighting_age);
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
             render_app
                 .insert_resource(finished)
-                .init_resource::<DrawnPicture>()
-                .add_systems(ExtractSchedule, extract_picture)
-                .add_systems(Render, watch_gpu.in_set(RenderSystems::Cleanup));
+                .init_resource::<DrawnFrame>()
+                .add_systems(ExtractSchedule, extract_drawn_frame)
+                .add_systems(Render, watch_submitted_work.in_set(RenderSystems::Cleanup));
         }
     }
 }
@@ -69,11 +69,11 @@ fn milliseconds(time: Duration) -> f64 {
     1e3 * time.as_secs_f64()
 }
 
-type NewPicture = (Ref<'static, CameraFrame>, Option<&'static FeedStatistics>, Option<&'static DetectedMarkers>);
+type NewFrame = (Ref<'static, CameraFrame>, Option<&'static FeedStatistics>, Option<&'static DetectedMarkers>);
 
-fn note_stages(
+fn record_stages(
     mut diagnostics: Diagnostics,
-    cameras: Query<NewPicture, With<ArCamera>>,
+    cameras: Query<NewFrame, With<ArCamera>>,
     probes: Query<&ProbeMeasurement>,
 ) {
     let Some((frame, statistics, detected)) = cameras.iter().next().filter(|(frame, ..)| frame.is_changed()) else {
@@ -92,7 +92,7 @@ fn note_stages(
     }
 }
 
-fn note_light(
+fn record_light(
     mut diagnostics: Diagnostics,
     recovered: Query<&RecoveredLight, Changed<RecoveredLight>>,
     checks: Query<&SelfCheck, Changed<SelfCheck>>,
@@ -114,14 +114,14 @@ struct FinishedFrames(Arc<Mutex<Vec<(Duration, Instant)>>>);
 
 /// The picture in the frame being drawn.
 #[derive(Resource, Default)]
-struct DrawnPicture {
+struct DrawnFrame {
     newest: Option<(u64, Duration)>,
     watched: Option<u64>,
 }
 
 type LiveCamera = (&'static CameraFrame, &'static CameraFeed);
 
-fn extract_picture(mut drawn: ResMut<DrawnPicture>, cameras: Extract<Query<LiveCamera, With<ArCamera>>>) {
+fn extract_drawn_frame(mut drawn: ResMut<DrawnFrame>, cameras: Extract<Query<LiveCamera, With<ArCamera>>>) {
     drawn.newest = cameras
         .iter()
         .next()
@@ -129,7 +129,7 @@ fn extract_picture(mut drawn: ResMut<DrawnPicture>, cameras: Extract<Query<LiveC
         .map(|(frame, _)| (frame.sequence, frame.captured));
 }
 
-fn watch_gpu(mut drawn: ResMut<DrawnPicture>, finished: Res<FinishedFrames>, queue: Res<RenderQueue>) {
+fn watch_submitted_work(mut drawn: ResMut<DrawnFrame>, finished: Res<FinishedFrames>, queue: Res<RenderQueue>) {
     let Some((sequence, captured)) = drawn.newest.filter(|(sequence, _)| drawn.watched != Some(*sequence)) else {
         return;
     };
@@ -140,7 +140,7 @@ fn watch_gpu(mut drawn: ResMut<DrawnPicture>, finished: Res<FinishedFrames>, que
     });
 }
 
-fn note_lighting_age(mut diagnostics: Diagnostics, finished: Res<FinishedFrames>, time: Res<Time<Real>>) {
+fn record_lighting_age(mut diagnostics: Diagnostics, finished: Res<FinishedFrames>, time: Res<Time<Real>>) {
     for (captured, at) in finished.0.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
         let age = at.saturating_duration_since(time.startup()).saturating_sub(captured);
         diagnostics.add_measurement(&LIGHTING_AGE, || milliseconds(age));

@@ -26,19 +26,19 @@ const LAMBERT_ROUGHNESS: f32 = 0.70710678;
 const OFF_NORMAL: vec3f = vec3f(0.0137, 0.0071, -0.0093);
 /// Light that comes from everywhere is looked at as if it varied by at least this share of the brightest, so that shadows
 /// show under an even sky too.
-const LEAST_RANGE: f32 = 0.3;
+const MIN_RANGE: f32 = 0.3;
 /// The darkest band has at most this share of the brightest, so that bands are told apart in any room.
-const MOST_DARK: f32 = 0.45;
+const MAX_DARK: f32 = 0.45;
 /// Half an edge is at most this share of a band: software Vulkan has wrong derivatives of light where triangles meet.
-const SOFTEST_EDGE: f32 = 0.2;
+const MAX_EDGE_HALF_WIDTH: f32 = 0.2;
 /// Highlights are no smaller than that of this perceptual roughness, 15° across on a ball.
-const LEAST_GLOSS_ROUGHNESS: f32 = 0.55;
+const MIN_HIGHLIGHT_ROUGHNESS: f32 = 0.55;
 /// Perceptual roughness up to which highlights are opaque, and from which there are none.
-const GLOSSY_TO_MATTE: vec2f = vec2f(0.25, 0.75);
+const HIGHLIGHT_ROUGHNESS: vec2f = vec2f(0.25, 0.75);
 /// Light that varies by this share of the brightest has a direction clear enough for a highlight.
-const CLEAR_RANGE: f32 = 0.2;
+const DIRECTIONAL_RANGE: f32 = 0.2;
 /// Differences of light below this (frame buffer units) are none.
-const LEAST_LIGHT: f32 = 1e-6;
+const MIN_LIGHT: f32 = 1e-6;
 
 fn luminance(color: vec3f) -> f32 {
     return dot(color, vec3f(0.2126, 0.7152, 0.0722));
@@ -61,13 +61,13 @@ fn prevailing_direction(paper: PbrInput, fallback: vec3f) -> vec3f {
         light_vector[axis] = luminance(light_at(paper, dir)) - luminance(light_at(paper, -dir));
     }
     let strength = length(light_vector);
-    return select(fallback, light_vector / max(strength, LEAST_LIGHT), strength > LEAST_LIGHT);
+    return select(fallback, light_vector / max(strength, MIN_LIGHT), strength > MIN_LIGHT);
 }
 
 /// Band number, from 0, at a position 0…1 between dark and bright. Edges are one pixel wide.
 fn band_at(position: f32) -> f32 {
     let scaled = position * toon.bands;
-    let half_width = clamp(0.5 * fwidth(scaled), LEAST_LIGHT, SOFTEST_EDGE);
+    let half_width = clamp(0.5 * fwidth(scaled), MIN_LIGHT, MAX_EDGE_HALF_WIDTH);
     var band = 0.0;
     for (var edge = 1.0; edge < toon.bands; edge += 1.0) {
         band += smoothstep(edge - half_width, edge + half_width, scaled);
@@ -83,12 +83,12 @@ fn band_level(band: f32) -> f32 {
 /// How much of a point is highlight: 1 around where a perfect mirror would show the prevailing light, with a hard edge.
 fn highlight(surface: PbrInput, dir_bright: vec3f) -> f32 {
     let roughness = surface.material.perceptual_roughness;
-    let rough = max(roughness, LEAST_GLOSS_ROUGHNESS);
+    let rough = max(roughness, MIN_HIGHLIGHT_ROUGHNESS);
     let alpha = rough * rough;
-    let towards_light = max(dot(reflect(-surface.V, surface.N), dir_bright), LEAST_LIGHT);
+    let towards_light = max(dot(reflect(-surface.V, surface.N), dir_bright), MIN_LIGHT);
     let lobe = pow(towards_light, 2.0 / (alpha * alpha) - 2.0);
-    let half_width = clamp(0.5 * fwidth(lobe), LEAST_LIGHT, SOFTEST_EDGE);
-    let gloss = 1.0 - smoothstep(GLOSSY_TO_MATTE.x, GLOSSY_TO_MATTE.y, roughness);
+    let half_width = clamp(0.5 * fwidth(lobe), MIN_LIGHT, MAX_EDGE_HALF_WIDTH);
+    let gloss = 1.0 - smoothstep(HIGHLIGHT_ROUGHNESS.x, HIGHLIGHT_ROUGHNESS.y, roughness);
     return gloss * smoothstep(0.5 - half_width, 0.5 + half_width, lobe);
 }
 
@@ -114,13 +114,13 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let dir_bright = prevailing_direction(paper, pbr_input.N);
     let bright = light_at(paper, dir_bright);
     let opposite = light_at(paper, -dir_bright);
-    let most = luminance(bright);
-    let least = luminance(opposite);
-    let range = max(most - least, max(LEAST_RANGE * most, LEAST_LIGHT));
-    let band = band_at((arriving - most) / range + 1.0);
-    let dark = opposite * min(1.0, MOST_DARK * most / max(least, LEAST_LIGHT));
+    let brightest = luminance(bright);
+    let darkest = luminance(opposite);
+    let range = max(brightest - darkest, max(MIN_RANGE * brightest, MIN_LIGHT));
+    let band = band_at((arriving - brightest) / range + 1.0);
+    let dark = opposite * min(1.0, MAX_DARK * brightest / max(darkest, MIN_LIGHT));
     let matte = base_color.rgb * mix(dark, bright, band_level(band));
-    let has_direction = saturate((most - least) / max(CLEAR_RANGE * most, LEAST_LIGHT));
+    let has_direction = saturate((brightest - darkest) / max(DIRECTIONAL_RANGE * brightest, MIN_LIGHT));
     let gloss = highlight(pbr_input, dir_bright) * toon.highlight * has_direction * saturate(band);
 
     let glow = emissive.rgb * base_color.a * mix(1.0, view.exposure, emissive.a);

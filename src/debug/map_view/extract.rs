@@ -6,7 +6,7 @@ use bevy::{prelude::*, render::Extract};
 
 pub(super) struct ExtractedView {
     pub(super) map: AssetId<Image>,
-    pub(super) picture: AssetId<Image>,
+    pub(super) image: AssetId<Image>,
     pub(super) shown: ShownUniform,
 }
 
@@ -30,6 +30,6 @@ pub(super) fn extract_views(
             ShownMap::Specular(level) => (&filtered?.glossy, level),
         };
         let alpha = if view.map == ShownMap::Confidence { 1.0 } else { 0.0 };
-        Some(ExtractedView { map: map.id(), picture: view.image.id(), shown: ShownUniform { level, alpha } })
+        Some(ExtractedView { map: map.id(), image: view.image.id(), shown: ShownUniform { level, alpha } })
     }));
 }

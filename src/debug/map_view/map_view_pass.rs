@@ -42,7 +42,7 @@ pub(super) fn map_view_pass(
     let span = diagnostics.pass_span(&mut pass, "mirrorball_debug_map_view");
     pass.set_pipeline(ready);
     for view in &extracted.0 {
-        let (Some(map), Some(picture)) = (images.get(view.map), images.get(view.picture)) else {
+        let (Some(map), Some(image)) = (images.get(view.map), images.get(view.image)) else {
             continue;
         };
         let last = map.texture.mip_level_count() - 1;
@@ -53,7 +53,7 @@ pub(super) fn map_view_pass(
         let bind_group = device.create_bind_group(
             "mirrorball_debug_map_view_bind_group",
             &pipeline_cache.get_bind_group_layout(layout),
-            &BindGroupEntries::sequential((&cube_faces(&map.texture), binding, &picture.texture_view)),
+            &BindGroupEntries::sequential((&cube_faces(&map.texture), binding, &image.texture_view)),
         );
         pass.set_bind_group(0, &bind_group, &[]);
         pass.dispatch_workgroups(MapView::SIZE.x.div_ceil(WORKGROUP), MapView::SIZE.y.div_ceil(WORKGROUP), 1);

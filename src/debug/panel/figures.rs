@@ -28,7 +28,7 @@ pub(super) fn draw_checks(ui: &mut egui::Ui, checklist: &Checklist) {
 /// The diagnostics of the stages and how the panel calls them.
 const STAGES: [(&DiagnosticPath, &str); 7] = [
     (&DECODE, "decode"),
-    (&DETECT, "find markers"),
+    (&DETECT, "detect markers"),
     (&MEASURE, "measure ball, paper"),
     (&RECOVER, "recover clipped light"),
     (&LIGHTING_AGE, "lighting age"),
@@ -79,7 +79,7 @@ pub(super) fn draw_timings(ui: &mut egui::Ui, diagnostics: &DiagnosticsStore) {
 /// Only while it is open: it looks at every allocation.
 pub(super) fn draw_memory(ui: &mut egui::Ui, device: Option<&RenderDevice>) {
     let Some(parts) = device.and_then(device_memory) else {
-        ui.label("this backend does not tell");
+        ui.label("this backend does not report it");
         return;
     };
     egui::Grid::new("memory").num_columns(2).striped(true).show(ui, |ui| {

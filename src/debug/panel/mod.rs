@@ -38,7 +38,7 @@ impl Plugin for MirrorballPanelPlugin {
             .add_systems(Startup, |mut commands: Commands, mut images: ResMut<Assets<Image>>| {
                 commands.spawn((PanelMap, MapView::new(ShownMap::Measured, &mut images)));
             })
-            .add_systems(PreUpdate, rest_map.run_if(resource_changed::<MirrorballPanel>))
+            .add_systems(PreUpdate, disable_closed_map.run_if(resource_changed::<MirrorballPanel>))
             .add_systems(EguiPrimaryContextPass, draw_panel.run_if(|panel: Res<MirrorballPanel>| panel.is_open));
     }
 }
@@ -63,10 +63,10 @@ impl Default for MirrorballPanel {
 #[derive(Component)]
 struct PanelMap;
 
-type RestingOrNot = (With<PanelMap>, Or<(With<Disabled>, Without<Disabled>)>);
+type EvenDisabled = (With<PanelMap>, Or<(With<Disabled>, Without<Disabled>)>);
 
 /// While the panel is closed nobody looks at its map.
-fn rest_map(mut commands: Commands, panel: Res<MirrorballPanel>, maps: Query<Entity, RestingOrNot>) {
+fn disable_closed_map(mut commands: Commands, panel: Res<MirrorballPanel>, maps: Query<Entity, EvenDisabled>) {
     for map in &maps {
         if panel.is_open {
             commands.entity(map).remove::<Disabled>();
@@ -87,10 +87,10 @@ fn draw_panel(
     mut styles: Query<StyledEntity>,
     device: Option<Res<RenderDevice>>,
 ) {
-    let map_picture = contexts.add_image(EguiTextureHandle::Weak(map.image.id()));
+    let map_image = contexts.add_image(EguiTextureHandle::Weak(map.image.id()));
     let roughest = filtered.iter().map(|maps| maps.roughest_level()).max().unwrap_or(0);
-    let picture = cameras.iter().next().map(|frame| (frame.size(), frame.image.id()));
-    let picture = picture.map(|(size, id)| (size, contexts.add_image(EguiTextureHandle::Weak(id))));
+    let camera_frame = cameras.iter().next().map(|frame| (frame.size(), frame.image.id()));
+    let camera_frame = camera_frame.map(|(size, id)| (size, contexts.add_image(EguiTextureHandle::Weak(id))));
     let ctx = match contexts.ctx_mut() {
         Ok(ctx) => ctx,
         Err(error) => {
@@ -113,13 +113,13 @@ fn draw_panel(
             ui.separator();
             egui::CollapsingHeader::new("environment").default_open(true).show(ui, |ui| {
                 choose_map(ui, &mut map, roughest);
-                show_image(ui, map_picture, MapView::SIZE);
+                show_image(ui, map_image, MapView::SIZE);
             });
             egui::CollapsingHeader::new("timings").default_open(true).show(ui, |ui| draw_timings(ui, &diagnostics));
             egui::CollapsingHeader::new("memory of the graphics device")
                 .show(ui, |ui| draw_memory(ui, device.as_deref()));
-            egui::CollapsingHeader::new("camera picture").default_open(false).show(ui, |ui| match picture {
-                Some((size, picture)) => show_image(ui, picture, size),
+            egui::CollapsingHeader::new("camera frame").default_open(false).show(ui, |ui| match camera_frame {
+                Some((size, texture)) => show_image(ui, texture, size),
                 None => {
                     ui.label("none yet");
                 }

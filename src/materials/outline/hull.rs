@@ -7,9 +7,9 @@ use bevy::{
 };
 
 /// Normals with at least this cosine between them are the same; 2.6°, invisible in an outline.
-const SAME_NORMAL: f32 = 0.999;
+const MIN_SAME_NORMAL_COSINE: f32 = 0.999;
 /// Positions nearer to each other than this share of the mesh's size are the same, whatever the rounding along seams.
-const SAME_PLACE: f32 = 1e-5;
+const POSITION_TOLERANCE: f32 = 1e-5;
 
 /// The hull of each outlined mesh, where it differs from the mesh itself.
 #[derive(Resource, Default)]
@@ -44,7 +44,7 @@ pub(in crate::materials) fn forget_changed_hulls(
 
 /// What lies at one place of a mesh.
 #[derive(Default)]
-struct Place {
+struct MergedVertex {
     /// Sum of the normals of the faces here, weighted by their angles.
     across_faces: Vec3,
     /// Normal of a vertex here.
@@ -62,11 +62,11 @@ fn with_merged_normals(mesh: &Mesh) -> Option<Mesh> {
         return None;
     }
     let size = positions.iter().map(|position| position.abs().max_element()).fold(f32::MIN_POSITIVE, f32::max);
-    let key = |position: Vec3| (position / (SAME_PLACE * size)).round().as_ivec3();
-    let mut places: HashMap<IVec3, Place> = HashMap::default();
+    let key = |position: Vec3| (position / (POSITION_TOLERANCE * size)).round().as_ivec3();
+    let mut places: HashMap<IVec3, MergedVertex> = HashMap::default();
     for (position, normal) in positions.iter().zip(&normals) {
         let place = places.entry(key(*position)).or_default();
-        place.is_split |= normal.dot(*place.normal.get_or_insert(*normal)) < SAME_NORMAL;
+        place.is_split |= normal.dot(*place.normal.get_or_insert(*normal)) < MIN_SAME_NORMAL_COSINE;
     }
     if !places.values().any(|place| place.is_split) {
         return None;
@@ -87,7 +87,7 @@ fn with_merged_normals(mesh: &Mesh) -> Option<Mesh> {
         }
     }
     let merged = positions.iter().zip(normals).map(|(position, normal)| match places.get(&key(*position)) {
-        Some(Place { is_split: true, across_faces, .. }) => across_faces.normalize_or(normal).to_array(),
+        Some(MergedVertex { is_split: true, across_faces, .. }) => across_faces.normalize_or(normal).to_array(),
         _ => normal.to_array(),
     });
     let merged: Vec<[f32; 3]> = merged.collect();

@@ -23,9 +23,9 @@ struct Outline {
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> outline: Outline;
 
 /// The hull stands this share of the distance behind the surface, so that thin two-sided things are not covered by it.
-const BEHIND: f32 = 1e-3;
+const HULL_DEPTH_OFFSET: f32 = 1e-3;
 /// Normals shorter than this (pixels) point at the camera or away from it.
-const LEAST_LENGTH: f32 = 1e-6;
+const MIN_NORMAL_LENGTH: f32 = 1e-6;
 
 #ifdef VERTEX_NORMALS
 fn normal_of(vertex: Vertex) -> vec3f {
@@ -77,10 +77,10 @@ fn vertex(in: Vertex) -> VertexOutput {
     let normal_clip = view.clip_from_world * vec4f(shape[1], 0.0);
     // How the picture of the point moves when the point moves along the normal.
     let motion = (normal_clip.xy * pos_clip.w - pos_clip.xy * normal_clip.w) * view.viewport.zw;
-    let offset = motion / max(length(motion), LEAST_LENGTH) * outline.width * 2.0 / view.viewport.zw;
+    let offset = motion / max(length(motion), MIN_NORMAL_LENGTH) * outline.width * 2.0 / view.viewport.zw;
 
     var out: VertexOutput;
-    out.position = vec4f(pos_clip.xy + offset * pos_clip.w, pos_clip.z * (1.0 - BEHIND), pos_clip.w);
+    out.position = vec4f(pos_clip.xy + offset * pos_clip.w, pos_clip.z * (1.0 - HULL_DEPTH_OFFSET), pos_clip.w);
     out.world_position = vec4f(shape[0], 1.0);
     out.world_normal = shape[1];
     return out;

@@ -36,18 +36,18 @@ pub(super) fn soft_edges_pass(
     ) else {
         return;
     };
-    let picture = target.post_process_write();
+    let post_process = target.post_process_write();
     let bind_group = device.create_bind_group(
         "mirrorball_soft_edges_bind_group",
         &pipeline_cache.get_bind_group_layout(layouts.layout(prepared.is_multisampled)),
-        &BindGroupEntries::sequential((view_uniform, picture.source, depths, normals, uniform)),
+        &BindGroupEntries::sequential((view_uniform, post_process.source, depths, normals, uniform)),
     );
     let diagnostics = ctx.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
     let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
         label: Some("mirrorball_soft_edges_pass"),
         color_attachments: &[Some(RenderPassColorAttachment {
-            view: picture.destination,
+            view: post_process.destination,
             depth_slice: None,
             resolve_target: None,
             ops: Operations::default(),

@@ -36,13 +36,13 @@ pub(super) fn init_soft_edges_pipeline(
     asset_server: Res<AssetServer>,
     fullscreen_shader: Res<FullscreenShader>,
 ) {
-    let (picture, normals) =
+    let (color, normals) =
         (TextureSampleType::Float { filterable: true }, TextureSampleType::Float { filterable: false });
     let single = BindGroupLayoutEntries::sequential(
         ShaderStages::FRAGMENT,
         (
             uniform_buffer::<ViewUniform>(true),
-            texture_2d(picture),
+            texture_2d(color),
             texture_depth_2d(),
             texture_2d(normals),
             uniform_buffer::<SoftEdgesUniform>(false),
@@ -52,7 +52,7 @@ pub(super) fn init_soft_edges_pipeline(
         ShaderStages::FRAGMENT,
         (
             uniform_buffer::<ViewUniform>(true),
-            texture_2d(picture),
+            texture_2d(color),
             texture_depth_2d_multisampled(),
             texture_2d_multisampled(normals),
             uniform_buffer::<SoftEdgesUniform>(false),
