@@ -1,4 +1,4 @@
-//! What a new user has to put right, in the order in which it matters.
+//! Checklist of the measurement setup for new users, in order of importance.
 
 use crate::{
     camera::{ArCamera, CameraFrame, FeedState, FeedStatistics},
@@ -8,35 +8,35 @@ use crate::{
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
 
-/// How well one thing is.
+/// Severity of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CheckLevel {
-    /// As it should be.
+    /// The subject is in order.
     Good,
-    /// It works, and could be better.
+    /// The measurement works, but could be better.
     Warning,
-    /// It keeps the light from being measured.
+    /// The light cannot be measured.
     Missing,
 }
 
-/// One line of the checklist.
+/// Line of the checklist.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
-    /// How well it is.
+    /// Severity.
     pub level: CheckLevel,
-    /// What it is about: a word.
+    /// Short name of the subject, for example `marker`.
     pub topic: &'static str,
-    /// What was found and, unless it is good, what to do.
+    /// Finding and, unless the level is [`CheckLevel::Good`], the remedy.
     pub text: String,
 }
 
-/// From this share of clipped pixels on, the ball's picture loses too much light.
+/// Fraction of clipped pixels above which the image of the ball loses too much light.
 const MAX_CLIPPED_FRACTION: f32 = 0.2;
 
 type CheckedCamera =
     (&'static ArCamera, Option<&'static FeedState>, Option<&'static FeedStatistics>, Option<&'static CameraFrame>);
 
-/// Looks after feed, marker, ball and exposure; a system parameter for panels of a game's own.
+/// Checks of feed, marker, ball and exposure, as a system parameter for a game's own panels.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -57,7 +57,7 @@ pub struct Checklist<'w, 's> {
 }
 
 impl Checklist<'_, '_> {
-    /// All lines: feed, field of view, markers, ball, exposure, shadows. The first camera's.
+    /// Returns all lines for the first camera: feed, field of view, markers, ball, exposure, shadows.
     pub fn checks(&self) -> Vec<Check> {
         let Some((ar_camera, state, statistics, frame)) = self.cameras.iter().next() else {
             return vec![Check::new(

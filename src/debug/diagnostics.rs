@@ -1,4 +1,4 @@
-//! The figures of the stages as Bevy diagnostics.
+//! Measurements of the stages as Bevy diagnostics.
 
 use crate::{
     MirrorballSystems,
@@ -17,29 +17,30 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Pictures per second that the source delivers.
+/// Frames per second that the source delivers.
 pub const CAPTURE_RATE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/capture_rate");
-/// Pictures the game has never seen.
+/// Number of frames that the game never received.
 pub const DROPPED: DiagnosticPath = DiagnosticPath::const_new("mirrorball/dropped");
-/// Milliseconds to decode a picture.
+/// Milliseconds to decode a frame.
 pub const DECODE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/decode");
-/// Milliseconds to search a picture for markers.
+/// Milliseconds to detect markers in a frame.
 pub const DETECT: DiagnosticPath = DiagnosticPath::const_new("mirrorball/detect");
 /// Milliseconds to measure ball and paper.
 pub const MEASURE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/measure");
-/// Milliseconds to recover clipped light and to find lights.
+/// Milliseconds to recover clipped light and to detect lights.
 pub const RECOVER: DiagnosticPath = DiagnosticPath::const_new("mirrorball/recover");
-/// Difference of a virtual ball from the real one, root mean square, percent of the sRGB-encoded range.
+/// Root mean square difference between a virtual ball and the real one, in percent of the sRGB-encoded range.
 pub const BALL_ERROR: DiagnosticPath = DiagnosticPath::const_new("mirrorball/ball_error");
-/// Degrees between the strongest light and its picture in the real ball.
+/// Degrees between the strongest light and its image in the real ball.
 pub const KEY_LIGHT_ANGLE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/key_light_angle");
-/// Milliseconds from the capture of a picture until the GPU has finished the frame lit by it. Not measured in
-/// [lockstep](FeedPace::Lockstep), where pictures have the time of their recording.
+/// Milliseconds from the capture of a camera frame until the GPU has finished the render lit by it. Not measured in
+/// [lockstep](FeedPace::Lockstep), where camera frames have the time of their recording.
 ///
-/// The end of a frame is noticed when the next one is handed to the GPU: the value is at most one frame too long.
+/// The end of a render is noticed when the next one is submitted to the GPU, so the value is too long by at most one
+/// render.
 pub const LIGHTING_AGE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/lighting_age");
 
-/// Registers the diagnostics of this module and keeps them up to date.
+/// Registers the diagnostics of this module, and updates them.
 pub struct MirrorballDiagnosticsPlugin;
 
 impl Plugin for MirrorballDiagnosticsPlugin {
@@ -108,11 +109,12 @@ fn record_light(
     }
 }
 
-/// Captures of pictures whose frames the GPU has finished, and when; shared with the render world.
+/// Capture times of camera frames whose renders the GPU has finished, and the times of completion; shared with the
+/// render world.
 #[derive(Resource, Clone, Default)]
 struct FinishedFrames(Arc<Mutex<Vec<(Duration, Instant)>>>);
 
-/// The picture in the frame being drawn.
+/// Camera frame that is being drawn.
 #[derive(Resource, Default)]
 struct DrawnFrame {
     newest: Option<(u64, Duration)>,

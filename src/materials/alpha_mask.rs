@@ -1,4 +1,4 @@
-//! Tells the shadow maps which surfaces are cut out by their textures.
+//! Alpha masks of meshes for the shadow maps, taken from their original materials.
 
 use super::{image_based::DomeShadowed, style::Styled, toon::ToonShaded};
 use crate::{phantom::StageRole, shadows::Cutout};
@@ -40,7 +40,7 @@ pub(super) fn mark_alpha_masks(
     }
 }
 
-/// How a material cuts its surfaces out, if it does.
+/// Returns the alpha mask of a material, if it has one with a texture.
 fn alpha_mask(material: &StandardMaterial) -> Option<Cutout> {
     let AlphaMode::Mask(cutoff) = material.alpha_mode else {
         return None;

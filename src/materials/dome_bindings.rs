@@ -1,4 +1,4 @@
-//! Resources of the dome shadows as bindings of a material: 100 to 104, the same in every material that reads shadows.
+//! Bindings of the dome shadows, 100 to 104, shared by all materials that read them.
 
 use crate::shadows::{DomeShader, DomeTextures};
 use bevy::{
@@ -13,7 +13,7 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
-/// Bindings of [`DomeTextures`], as `shadows/maps.wgsl` and `shadows/receive.wgsl` declare them.
+/// Bindings of [`DomeTextures`] in a material, as the shader library of `shadows` declares them.
 #[derive(AsBindGroup, Clone, Debug)]
 #[bind_group_data(DomeShader)]
 pub(super) struct DomeBindings {
@@ -57,14 +57,15 @@ pub(super) fn define_in_fragment(
     }
 }
 
-/// What derived implementations of `AsBindGroup` read.
+/// System parameters of derived implementations of `AsBindGroup`.
 pub(super) type BindingAssets =
     (SRes<RenderAssets<GpuImage>>, SRes<FallbackImage>, SRes<RenderAssets<GpuShaderBuffer>>);
 
-/// Implements `AsBindGroup` for a material by concatenating the bindings of some of its fields, which the derive macro
-/// cannot do. The bind group data are those that the material converts into. Never bindless.
+/// Implements `AsBindGroup` for a material by concatenating the bindings of its fields, which the derive macro does not
+/// support. The material converts into its bind group data with `From`. The bind group is never bindless.
 ///
-/// Fields whose assets may still be loading come first, so that a retry has created no buffers.
+/// List fields that hold only textures and buffers of assets first: a bind group whose assets are still loading then
+/// fails before it creates a uniform buffer.
 macro_rules! bind_fields {
     ($material:ident, $data:ty, $($field:ident: $bindings:ty),+) => {
         impl AsBindGroup for $material {

@@ -1,4 +1,4 @@
-//! `StandardMaterial` whose image-based light is shadowed by the dome.
+//! Image-based material: a `StandardMaterial` whose image-based light is shadowed by the dome.
 
 use super::{
     SurfaceStyle,
@@ -14,10 +14,10 @@ use bevy::{
     shader::ShaderRef,
 };
 
-/// A `StandardMaterial` under dome shadows.
+/// `StandardMaterial` with dome shadows on its image-based light.
 pub type ImageBasedMaterial = ExtendedMaterial<StandardMaterial, DomeShadowed>;
 
-/// What [`ImageBasedMaterial`] adds to a `StandardMaterial`. Managed by the crate.
+/// Extension of `StandardMaterial` that makes an [`ImageBasedMaterial`]. Managed by the crate.
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct DomeShadowed {
     dome: DomeBindings,

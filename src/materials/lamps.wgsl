@@ -1,4 +1,4 @@
-// Light that virtual lamps throw on a real surface, as a share of the light that falls on it in the real room.
+// Illumination of real surfaces by virtual lamps, relative to the light that falls on the surface in the real room.
 
 #define_import_path bevy_mirrorball::materials::lamps
 
@@ -20,12 +20,12 @@
 #import bevy_pbr::lighting::LayerLightingInput
 #endif
 
-/// Real irradiance ÷ π below this (camera units) counts as this much: a black picture tells nothing of what is in it.
+/// Lower bound of real irradiance ÷ π, in camera units: a black frame holds no information about the surface color.
 const MIN_REAL_IRRADIANCE: f32 = 1e-3;
-/// A map below this (camera units) in all channels has not been measured yet.
+/// Irradiance ÷ π of the map, in camera units, up to which in all channels it counts as not yet measured.
 const MIN_MEASURED_IRRADIANCE: f32 = 1e-5;
 
-/// A point of a real surface, and the flags of its mesh.
+/// Point on a real surface, and the flags of its mesh.
 struct RealSurface {
     frag_coord: vec4f,
     pos_world: vec4f,
@@ -33,7 +33,7 @@ struct RealSurface {
     flags: u32,
 }
 
-/// Irradiance from one lamp of the lists for clusters, in Bevy's units before exposure.
+/// Irradiance from one clustered point or spot light, without shadow and spot cone, in Bevy's units before exposure.
 fn clustered_lamp_irradiance(surface: RealSurface, id: u32) -> vec3f {
     let lamp = &view_bindings::clustered_lights.data[id];
     let towards = (*lamp).position_radius.xyz - surface.pos_world.xyz;
@@ -43,7 +43,7 @@ fn clustered_lamp_irradiance(surface: RealSurface, id: u32) -> vec3f {
     return (*lamp).color_inverse_square_range.rgb * (falloff * cos_angle);
 }
 
-/// Share of its light that a spot lamp sends in a direction.
+/// Attenuation by the cone of a spot light towards the surface, 0…1.
 fn spot_attenuation(surface: RealSurface, id: u32) -> f32 {
     let lamp = &view_bindings::clustered_lights.data[id];
     let across = (*lamp).light_custom_data.xy;
@@ -55,7 +55,7 @@ fn spot_attenuation(surface: RealSurface, id: u32) -> f32 {
     return attenuation * attenuation;
 }
 
-/// Irradiance from all lamps past everything that throws shadows in the engine's maps, in Bevy's units before exposure.
+/// Irradiance from all lamps, shadowed by the engine's shadow maps, in Bevy's units before exposure.
 fn lamp_irradiance(surface: RealSurface) -> vec3f {
     let pos = surface.pos_world;
     let xy = surface.frag_coord.xy;
@@ -93,8 +93,9 @@ fn lamp_irradiance(surface: RealSurface) -> vec3f {
     return sum;
 }
 
-/// Irradiance from the lamps ÷ irradiance in the real room: what the camera's picture gains, as a factor on it. 0 without an
-/// environment map or with a black one, since then nothing is known of the room. Of the real light other things leave a share.
+/// Irradiance from the lamps ÷ irradiance in the real room: the factor by which lamps brighten the camera frame. 0
+/// without an environment map or with a black one, because the light of the room is then unknown. `fraction_left` is
+/// the fraction of the real light that phantoms do not block.
 fn lamp_gain(surface: RealSurface, fraction_left: f32) -> vec3f {
 #ifdef ENVIRONMENT_MAP
     let lamps = lamp_irradiance(surface);

@@ -1,4 +1,4 @@
-//! The material of phantoms: the camera picture under the shadows of virtual things and the light of virtual lamps.
+//! Phantom material: the camera frame under the shadows of virtual objects and the light of virtual lamps.
 
 use super::{
     ImageBasedMaterial, ToonMaterial,
@@ -18,10 +18,10 @@ use bevy::{
     shader::ShaderRef,
 };
 
-/// Shows the camera picture times the share of light that virtual things let through, and what virtual lamps add. Managed by
-/// the crate: put a [`PhantomObject`] on an entity instead.
+/// Material of phantoms. It shows the camera frame times the fraction of light that virtual objects let through, plus
+/// the light of virtual lamps. Managed by the crate: put a [`PhantomObject`] on an entity instead.
 ///
-/// The picture is that of the first [`ArCamera`]; before it has one, phantoms are not drawn.
+/// The frame is that of the first [`ArCamera`]. Phantoms are not drawn before the first frame.
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct PhantomMaterial {
     frame: FrameBindings,
@@ -32,6 +32,7 @@ pub struct PhantomMaterial {
 
 bind_fields!(PhantomMaterial, PhantomKey, dome: DomeBindings, frame: FrameBindings);
 
+/// Bindings of the camera frame.
 #[derive(AsBindGroup, Clone, Debug)]
 struct FrameBindings {
     #[texture(0)]
@@ -41,14 +42,14 @@ struct FrameBindings {
     uniform: PhantomUniform,
 }
 
-/// Mirror of `Phantom` in phantom.wgsl.
+/// Mirror of `Phantom` in `phantom_frame.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, PartialEq)]
 struct PhantomUniform {
     frame_uv_from_view_uv: Vec4,
 }
 
-/// What needs a pipeline of its own. A flag in the uniform would do; but lavapipe compiles shaders that branch on uniforms anew
-/// in every frame, and keeps them all.
+/// Pipeline key of phantoms. Flags in the uniform would be enough, but lavapipe recompiles shaders that branch on
+/// uniforms in every frame, and keeps them all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PhantomKey {
     receives: bool,
@@ -62,7 +63,7 @@ impl From<&PhantomMaterial> for PhantomKey {
     }
 }
 
-/// Maps every view position to a place outside the picture, where phantoms are not drawn.
+/// Mapping of every view position to a point outside the frame, where phantoms are not drawn.
 const NO_FRAME: Vec4 = Vec4::new(0.0, 0.0, -1.0, -1.0);
 
 impl Material for PhantomMaterial {
@@ -88,7 +89,7 @@ impl Material for PhantomMaterial {
     }
 }
 
-/// The two materials all phantoms share.
+/// The two materials that all phantoms share.
 #[derive(Resource, Default)]
 pub(super) struct PhantomMaterials {
     receiving: Handle<PhantomMaterial>,
@@ -96,6 +97,7 @@ pub(super) struct PhantomMaterials {
     made_from: Option<PhantomSources>,
 }
 
+/// Inputs of the shared materials.
 #[derive(PartialEq)]
 struct PhantomSources {
     frame: Option<AssetId<Image>>,
@@ -106,6 +108,7 @@ struct PhantomSources {
 
 type FrameSource = (&'static ArCamera, &'static Camera, &'static CameraFrame, &'static FrameTexture);
 
+/// Updates the shared materials when the frame, its mapping, the dome's textures or the presence of lamps changes.
 pub(super) fn update_phantom_materials(
     mut shared: ResMut<PhantomMaterials>,
     mut materials: ResMut<Assets<PhantomMaterial>>,
@@ -153,6 +156,7 @@ type VirtualMaterials =
 
 type ChangedRole = (Entity, &'static StageRole, Has<MeshMaterial3d<PhantomMaterial>>);
 
+/// Puts the shared materials on phantoms, and removes them from meshes that became virtual.
 pub(super) fn assign_phantom_materials(
     mut commands: Commands,
     shared: Res<PhantomMaterials>,

@@ -1,4 +1,5 @@
-// A real thing in the picture: its depth hides virtual things, its color is the camera's under virtual shadows and lamps.
+// Phantom: a stand-in for a real object. Its depth hides virtual objects; its color is the camera frame under virtual
+// shadows and lamps.
 
 #import bevy_pbr::forward_io::{VertexOutput, FragmentOutput}
 #import bevy_mirrorball::materials::phantom_frame::{frame_uv, is_outside_frame}

@@ -1,4 +1,5 @@
-// A phantom in the prepass: where the camera has a picture; the normal's alpha tells the visibility pass what it is.
+// Phantom in the prepass, drawn only inside the camera frame. The alpha of the normal encodes for the visibility pass
+// whether the phantom receives shadows.
 
 #import bevy_pbr::prepass_io::VertexOutput
 #import bevy_mirrorball::shadows::samples::{IS_HIDING, IS_PHANTOM}

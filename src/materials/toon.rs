@@ -1,4 +1,4 @@
-//! `StandardMaterial` whose light comes in flat bands.
+//! Toon material: a `StandardMaterial` shaded in flat bands of light.
 
 use super::{
     SurfaceStyle,
@@ -14,10 +14,10 @@ use bevy::{
     shader::ShaderRef,
 };
 
-/// A `StandardMaterial` in flat bands of light.
+/// `StandardMaterial` shaded in flat bands of light.
 pub type ToonMaterial = ExtendedMaterial<StandardMaterial, ToonShaded>;
 
-/// What [`ToonMaterial`] adds to a `StandardMaterial`. Managed by the crate: use [`SurfaceStyle::Toon`].
+/// Extension of `StandardMaterial` that makes a [`ToonMaterial`]. Managed by the crate: use [`SurfaceStyle::Toon`].
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct ToonShaded {
     dome: DomeBindings,
@@ -32,7 +32,7 @@ struct ToonBindings {
     uniform: ToonUniform,
 }
 
-/// Mirror of `Toon` in toon.wgsl.
+/// Mirror of `Toon` in `toon.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug)]
 struct ToonUniform {
     bands: f32,
@@ -62,7 +62,7 @@ impl MaterialExtension for ToonShaded {
 }
 
 impl StyleExtension for ToonShaded {
-    /// The number of bands, and whether there are highlights.
+    /// Number of bands, and whether surfaces have highlights.
     type Parameters = (u32, bool);
 
     fn parameters(style: &SurfaceStyle, _: bool) -> Option<(u32, bool)> {
@@ -77,7 +77,7 @@ impl StyleExtension for ToonShaded {
         Self { dome: textures.into(), bands: ToonBindings { uniform } }
     }
 
-    /// Bands are matte: without the layers that would show the room sharply, and without their cost.
+    /// Removes the layers that would mirror the room sharply, and their cost: bands are matte.
     fn simplify(base: StandardMaterial) -> StandardMaterial {
         StandardMaterial {
             clearcoat: 0.0,

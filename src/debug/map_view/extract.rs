@@ -1,4 +1,4 @@
-//! Copies map views into the render world.
+//! Extraction of map views into the render world.
 
 use super::{MapView, ShownMap, map_view_pipeline::ShownUniform};
 use crate::{camera::ArCamera, environment_map::EnvironmentCube, prefilter::FilteredEnvironment};

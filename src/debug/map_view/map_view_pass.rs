@@ -17,7 +17,7 @@ use bevy::{
     },
 };
 
-/// Threads along each side of a workgroup, as in the shader.
+/// Edge of a workgroup in threads, as in the shader.
 const WORKGROUP: u32 = 8;
 
 pub(super) fn map_view_pass(

@@ -1,9 +1,10 @@
-// A level of a cube map as an equirectangular picture: columns from −Z towards +X, rows from +Y down.
+// Equirectangular image of one level of a cube map: columns from −Z towards +X, rows from +Y down.
 
 #import bevy_mirrorball::environment_map::cubemap::sample_faces
 
-/// Mirror of `ShownUniform` in map_view_pipeline.rs.
+/// Mirror of `ShownUniform` in `map_view_pipeline.rs`.
 struct Shown {
+    /// Mip level of the map.
     level: u32,
     /// 1 to show alpha instead of color.
     alpha: f32,

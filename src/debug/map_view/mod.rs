@@ -1,4 +1,7 @@
-//! Pictures of the environment's maps.
+//! Map views: live images of the environment maps.
+//!
+//! **Enters:** [`MapView`]s, the measured cube and the filtered maps. **Leaves:** an equirectangular image for each
+//! view. Costs one compute dispatch of 192 × 96 pixels per view and frame.
 
 mod extract;
 mod map_view_pass;
@@ -22,19 +25,19 @@ use extract::{ExtractedViews, extract_views};
 use map_view_pass::map_view_pass;
 use map_view_pipeline::init_map_view_pipeline;
 
-/// One of the maps that light the scene.
+/// Map to show: one of those that light the scene.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub enum ShownMap {
-    /// What the probes have measured, linear camera units.
+    /// Environment as the probes measured it, in linear camera units.
     #[default]
     Measured,
-    /// How well each direction of it is known, 0…1 as gray.
+    /// Confidence of each direction of the measured environment, 0…1 as gray.
     Confidence,
-    /// Irradiance ÷ π by surface normal.
+    /// Diffuse map: irradiance ÷ π for each surface normal.
     Diffuse,
-    /// Radiance by mirror direction at a level: of n levels, level m has perceptual roughness m / (n − 1). Levels beyond the last
-    /// show the last.
+    /// Specular map at a level: radiance for each mirror direction. Of n levels, level m has perceptual roughness m /
+    /// (n − 1). Levels beyond the last show the last.
     Specular(u32),
 }
 
@@ -48,13 +51,20 @@ impl ShownMap {
     }
 }
 
-/// A live equirectangular picture of one map, for panels and user interfaces: columns are the azimuth from −Z towards +X, rows run
-/// from +Y down, linear color, clipped at 1.0. Of the first [`ArCamera`](crate::camera::ArCamera) or, without one, of the first lit camera or probe.
+/// Live equirectangular image of one map, for panels and user interfaces.
+///
+/// Columns are the azimuth from −Z towards +X, rows run from +Y down. Colors are linear and clipped at 1.0. The map
+/// is that of the first [`ArCamera`](crate::camera::ArCamera) or, without one, of the first lit camera or probe.
 ///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_mirrorball::debug::{MapView, ShownMap};
-/// # fn setup(mut commands: Commands, mut images: ResMut<Assets<Image>>, mut materials: ResMut<Assets<StandardMaterial>>, screen: Entity) {
+/// # fn setup(
+/// #     mut commands: Commands,
+/// #     mut images: ResMut<Assets<Image>>,
+/// #     mut materials: ResMut<Assets<StandardMaterial>>,
+/// #     screen: Entity,
+/// # ) {
 /// let view = MapView::new(ShownMap::Specular(0), &mut images);
 /// let surface = StandardMaterial { base_color_texture: Some(view.image.clone()), unlit: true, ..default() };
 /// commands.entity(screen).insert((MeshMaterial3d(materials.add(surface)), view));
@@ -63,17 +73,17 @@ impl ShownMap {
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]
 pub struct MapView {
-    /// What is shown.
+    /// Map to show.
     pub map: ShownMap,
-    /// The picture. Written by the GPU: do not change the asset behind it.
+    /// Image of the map. The GPU writes it: do not change the asset.
     pub image: Handle<Image>,
 }
 
 impl MapView {
-    /// Width and height of the picture, in pixels.
+    /// Width and height of the image, in pixels.
     pub const SIZE: UVec2 = UVec2::new(192, 96);
 
-    /// A view of a map, black until that exists.
+    /// Creates a view of a map. The image is black until the map exists.
     pub fn new(map: ShownMap, images: &mut Assets<Image>) -> Self {
         let extent = Extent3d { width: Self::SIZE.x, height: Self::SIZE.y, depth_or_array_layers: 1 };
         let format = TextureFormat::Rgba16Float;
@@ -85,7 +95,7 @@ impl MapView {
     }
 }
 
-/// Draws [`MapView`]s. Costs nothing without any.
+/// Draws [`MapView`]s. Costs nothing without them.
 pub struct MapViewPlugin;
 
 impl Plugin for MapViewPlugin {

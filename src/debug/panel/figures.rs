@@ -1,4 +1,4 @@
-//! Parts of the panel that report: checks, timings and memory.
+//! Reports of the panel: checks, timings and memory.
 
 use crate::debug::{
     BALL_ERROR, CheckLevel, Checklist, DECODE, DETECT, KEY_LIGHT_ANGLE, LIGHTING_AGE, MEASURE, RECOVER, device_memory,
@@ -25,7 +25,7 @@ pub(super) fn draw_checks(ui: &mut egui::Ui, checklist: &Checklist) {
     }
 }
 
-/// The diagnostics of the stages and how the panel calls them.
+/// Diagnostics of the stages, and their labels in the panel.
 const STAGES: [(&DiagnosticPath, &str); 7] = [
     (&DECODE, "decode"),
     (&DETECT, "detect markers"),
@@ -36,7 +36,7 @@ const STAGES: [(&DiagnosticPath, &str); 7] = [
     (&KEY_LIGHT_ANGLE, "key light's error"),
 ];
 
-/// The passes on the GPU, by what follows `render/mirrorball_` in their diagnostics.
+/// Passes on the GPU, by the part after `render/mirrorball_` of their diagnostic paths, and their labels.
 const PASSES: [(&str, &str); 6] = [
     ("probe_unwrap", "unwrap ball"),
     ("environment_filter", "filter"),
@@ -76,7 +76,7 @@ pub(super) fn draw_timings(ui: &mut egui::Ui, diagnostics: &DiagnosticsStore) {
     });
 }
 
-/// Only while it is open: it looks at every allocation.
+/// Draws the table of GPU memory. Called only while the section is open, because it visits every allocation.
 pub(super) fn draw_memory(ui: &mut egui::Ui, device: Option<&RenderDevice>) {
     let Some(parts) = device.and_then(device_memory) else {
         ui.label("this backend does not report it");

@@ -1,4 +1,4 @@
-//! The measuring panel: what the camera sees, what was measured in it, what it cost, and how each entity looks.
+//! Mirrorball panel: camera frame, measured maps, checks, timings, memory, and the style of each entity.
 
 mod figures;
 mod switches;
@@ -13,9 +13,9 @@ use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass, EguiTextureHan
 use figures::{draw_checks, draw_memory, draw_timings};
 use switches::{StyledEntity, choose_map, draw_styles};
 
-/// Draws the measuring panel, a window of the primary egui context; [`MirrorballPanel`] opens and closes it.
+/// Draws the Mirrorball panel, a window in the primary egui context. [`MirrorballPanel`] opens and closes it.
 ///
-/// Adds [`EguiPlugin`] if the game has not.
+/// Adds [`EguiPlugin`] and [`MapViewPlugin`] if they are missing.
 ///
 /// ```no_run
 /// # use bevy::prelude::*;
@@ -43,11 +43,11 @@ impl Plugin for MirrorballPanelPlugin {
     }
 }
 
-/// Whether the panel is shown.
+/// State of the Mirrorball panel.
 #[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Resource, Debug, Clone, PartialEq)]
 pub struct MirrorballPanel {
-    /// Defaults to `true`.
+    /// Whether the panel is shown. Defaults to `true`.
     pub is_open: bool,
     /// Width in logical pixels. Defaults to 340.
     pub width: f32,
@@ -59,13 +59,13 @@ impl Default for MirrorballPanel {
     }
 }
 
-/// On the panel's view of a map.
+/// Marker of the panel's own map view.
 #[derive(Component)]
 struct PanelMap;
 
 type EvenDisabled = (With<PanelMap>, Or<(With<Disabled>, Without<Disabled>)>);
 
-/// While the panel is closed nobody looks at its map.
+/// Disables the map view while the panel is closed, so that it is not drawn.
 fn disable_closed_map(mut commands: Commands, panel: Res<MirrorballPanel>, maps: Query<Entity, EvenDisabled>) {
     for map in &maps {
         if panel.is_open {
@@ -128,7 +128,7 @@ fn draw_panel(
     panel.set_if_neq(MirrorballPanel { is_open, width });
 }
 
-/// Fills the width and keeps the shape.
+/// Draws an image over the whole width, at its aspect ratio.
 fn show_image(ui: &mut egui::Ui, texture: egui::TextureId, size: UVec2) {
     let width = ui.available_width();
     let height = width * size.y as f32 / size.x.max(1) as f32;

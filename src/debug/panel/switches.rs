@@ -1,4 +1,4 @@
-//! Parts of the panel that change something: the map that is shown and the style of each entity.
+//! Controls of the panel: the map to show, and the style of each entity.
 
 use crate::{
     debug::{MapView, ShownMap},

@@ -1,4 +1,7 @@
-//! Outlines of toon surfaces: the mesh once more, blown up by some pixels, seen from behind.
+//! Outlines of toon surfaces: back faces of the mesh, enlarged by a number of pixels ("inverted hull").
+//!
+//! **Enters:** meshes with a [`ToonMaterial`](super::ToonMaterial) and the style that they inherit. **Leaves:** a
+//! child entity for each outline, which draws the hull of the mesh with an [`OutlineMaterial`].
 
 mod hull;
 mod outline_material;
@@ -12,7 +15,7 @@ pub(super) use {
 
 use bevy::{asset::embedded_asset, prelude::*};
 
-/// Adds the material; the systems are ordered with those of the styles.
+/// Adds the material and its resources. `MaterialsPlugin` adds the systems, in order with those of the styles.
 pub(super) fn build(app: &mut App) {
     embedded_asset!(app, "outline.wgsl");
     app.add_plugins(MaterialPlugin::<OutlineMaterial>::default())

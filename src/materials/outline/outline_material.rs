@@ -10,7 +10,8 @@ use bevy::{
     shader::ShaderRef,
 };
 
-/// The color of an outline. Managed by the crate: use [`ToonStyle::outline_width`](crate::materials::ToonStyle::outline_width).
+/// Material of an outline. Managed by the crate: use
+/// [`ToonStyle::outline_width`](crate::materials::ToonStyle::outline_width).
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
 #[bind_group_data(OutlineKey)]
 pub struct OutlineMaterial {
@@ -19,14 +20,14 @@ pub struct OutlineMaterial {
     is_inside_out: bool,
 }
 
-/// Mirror of `Outline` in outline.wgsl.
+/// Mirror of `Outline` in `outline.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug)]
 struct OutlineUniform {
     color: Vec4,
     width: f32,
 }
 
-/// Which side of the hull is the far one.
+/// Pipeline key of outlines: the side of the hull that faces away from the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(C)]
 pub struct OutlineKey {
@@ -72,7 +73,7 @@ impl Material for OutlineMaterial {
     }
 }
 
-/// What an outline is made of.
+/// Appearance of an outline.
 #[derive(Clone, Copy, PartialEq)]
 pub(in crate::materials) struct OutlineLook {
     pub(super) color: LinearRgba,
@@ -81,7 +82,7 @@ pub(in crate::materials) struct OutlineLook {
 }
 
 impl OutlineLook {
-    /// Equal looks have equal keys.
+    /// Returns a hashable key; equal looks have equal keys.
     pub(super) fn key(&self) -> ([u32; 4], bool) {
         let Self { color, width, is_inside_out } = *self;
         ([color.red, color.green, color.blue, width].map(f32::to_bits), is_inside_out)
@@ -93,7 +94,7 @@ impl OutlineLook {
     }
 }
 
-/// The materials in use, one per look; outlines keep them alive.
+/// Outline materials in use, one for each look. The outlines keep the materials alive.
 #[derive(Resource, Default)]
 pub(in crate::materials) struct OutlineMaterials {
     pub(super) by_look: HashMap<([u32; 4], bool), AssetId<OutlineMaterial>>,

@@ -16,11 +16,11 @@ use bevy::{
     render::render_resource::Face,
 };
 
-/// The outline of its parent; a child entity, so that it moves and goes with it.
+/// Marker of the child entity that draws the outline of its parent. As a child it moves and despawns with the mesh.
 #[derive(Component)]
 pub(in crate::materials) struct Outline;
 
-/// On a mesh with an outline.
+/// Outline of a mesh, on the mesh itself.
 #[derive(Component)]
 pub(in crate::materials) struct Outlined {
     outline: Entity,
@@ -42,7 +42,7 @@ type ToonMesh = (
     ),
 );
 
-/// Gives every opaque toon surface the outline that its style asks for.
+/// Spawns and updates the outlines of opaque toon surfaces.
 pub(in crate::materials) fn draw_outlines(
     mut commands: Commands,
     mut hulls: ResMut<Hulls>,
@@ -72,7 +72,7 @@ pub(in crate::materials) fn draw_outlines(
             entity.try_insert((Mesh3d(hull), MeshMaterial3d(material)));
             entity.commands().entity(mesh).insert(Outlined { outline, look, hull: hull_id });
         }
-        // What moves or shows the mesh moves and shows its outline.
+        // Skins, morph weights, layers and visibility ranges apply to the outline as to the mesh.
         let is_new = outlined.is_none();
         if let Some(skin) = skin.filter(|skin| is_new || skin.is_changed()) {
             entity.try_insert(SkinnedMesh::clone(&skin));
@@ -92,7 +92,7 @@ pub(in crate::materials) fn draw_outlines(
     }
 }
 
-/// Takes outlines away from meshes that are no longer drawn as toons with an outline.
+/// Despawns outlines of meshes that are no longer drawn as toon surfaces with an outline.
 pub(in crate::materials) fn erase_outlines(
     mut commands: Commands,
     outlined: Query<(Entity, &Outlined, Has<MeshMaterial3d<ToonMaterial>>, Option<&Styled<ToonShaded>>, Has<Mesh3d>)>,
@@ -108,7 +108,7 @@ pub(in crate::materials) fn erase_outlines(
     }
 }
 
-/// The outline that a style asks for. A hull knows nothing of masks and glass: only opaque surfaces have one.
+/// Returns the outline of a style. Only opaque surfaces have one, because a hull ignores alpha masks and transparency.
 fn wanted_look(style: SurfaceStyle, original: Option<&StandardMaterial>) -> Option<OutlineLook> {
     let (SurfaceStyle::Toon(toon), Some(original)) = (style, original) else {
         return None;

@@ -1,4 +1,7 @@
-//! Edges of phantoms as soft as those of a camera's picture.
+//! Soft edges of phantoms, as soft as the edges in a camera frame.
+//!
+//! **Enters:** the rendered view and its depth and normal prepasses. **Leaves:** the same view, blended across edges
+//! where a phantom hides a virtual object.
 
 mod prepare_soft_edges;
 mod soft_edges_pass;
@@ -21,11 +24,12 @@ use prepare_soft_edges::prepare_soft_edges;
 use soft_edges_pass::soft_edges_pass;
 use soft_edges_pipeline::{SoftEdgesPipeline, init_soft_edges_pipeline};
 
-/// On an [`ArCamera`](crate::camera::ArCamera): virtual things fade into the phantoms that hide them instead of ending at a pixel.
+/// Soft edges of phantoms, on an [`ArCamera`](crate::camera::ArCamera): virtual objects fade into the phantoms that
+/// hide them instead of ending within one pixel.
 ///
-/// A stand-in never has quite the outline of the real thing, and a camera's own edges are some pixels wide. Only edges where a
-/// phantom is in front are softened; virtual things in front, and where they stand on phantoms, stay sharp. The camera gets a
-/// depth and a normal prepass.
+/// A stand-in never matches the outline of the real object exactly, and edges in a camera frame are some pixels wide.
+/// Only edges where a phantom is in front are softened. Edges of virtual objects in front of phantoms, and contact
+/// lines where objects stand on phantoms, stay sharp. The camera gets a depth and a normal prepass.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -35,12 +39,13 @@ use soft_edges_pipeline::{SoftEdgesPipeline, init_soft_edges_pipeline};
 /// # }
 /// ```
 ///
-/// Costs one pass over the picture with 32 reads of depth and normal per pixel. Hidden parts of virtual things are not drawn: they
-/// continue in the colors of what is seen beside them. Transparent things are softened with what is behind them.
+/// Costs one full-screen pass with 32 reads of depth and normal per pixel. Hidden parts of virtual objects are not
+/// rendered; the blend uses the colors of the visible parts beside them. Transparent objects are blended together
+/// with what is behind them.
 #[derive(Component, ExtractComponent, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct SoftPhantomEdges {
-    /// Half the width of an edge, in pixels, 0.5…16; what is outside counts as the nearer end. Defaults to 2.
+    /// Half width of an edge in pixels, 0.5…16 (clamped). Defaults to 2, also used for NaN.
     pub radius: f32,
 }
 

@@ -13,7 +13,7 @@ use bevy::{
     },
 };
 
-/// What a view needs to soften its edges.
+/// Pipeline and uniform of a view with soft edges.
 #[derive(Component)]
 pub(super) struct PreparedSoftEdges {
     pub(super) pipeline: CachedRenderPipelineId,

@@ -1,12 +1,12 @@
-// Softens where a phantom is in front of something virtual: on both sides of such an edge a pixel gets as much of what is on the
-// other side as that takes up of a disc around it.
+// Soft edges where a phantom is in front of a virtual object. A pixel on either side of such an edge is blended with
+// the colors of the other side, weighted by the fraction of a disc around the pixel that the other side covers.
 
 #import bevy_render::view::View
 #import bevy_mirrorball::shadows::samples::{IS_VIRTUAL, first_sample, world_position}
 
-/// Mirror of `SoftEdgesUniform` in soft_edges_pipeline.rs.
+/// Mirror of `SoftEdgesUniform` in `soft_edges_pipeline.rs`.
 struct SoftEdges {
-    /// Of the disc, in pixels.
+    /// Radius of the disc, in pixels.
     radius: f32,
 }
 
@@ -22,13 +22,14 @@ struct SoftEdges {
 @group(0) @binding(4) var<uniform> edges: SoftEdges;
 
 const SAMPLES: i32 = 32;
-/// Rows of the matrix that turns by the golden angle.
+/// Rows of the matrix that rotates by the golden angle.
 const GOLDEN_TURN: vec4f = vec4f(-0.737369, -0.675490, 0.675490, -0.737369);
-/// What is virtual is behind a phantom if it is this share of the distance to the camera behind its surface.
+/// Smallest depth of a virtual point behind the surface of a phantom that makes an edge, as a fraction of the
+/// distance to the camera.
 const MIN_DEPTH_STEP: f32 = 2e-3;
 
 #ifdef MULTISAMPLED
-/// Where in its pixel the prepass has seen a surface.
+/// Position within the pixel at which the prepass sampled the surface.
 fn sample_position() -> vec2f {
     return first_sample(textureNumSamples(depths));
 }
@@ -38,7 +39,7 @@ fn sample_position() -> vec2f {
 }
 #endif
 
-/// What the prepass has seen at a pixel.
+/// Surface in the prepass at a pixel.
 struct Surface {
     pos_world: vec3f,
     normal: vec3f,
@@ -56,7 +57,7 @@ fn surface_at(pixel: vec2i) -> Surface {
     );
 }
 
-/// Whether a phantom's surface is between the camera and something virtual, and not below or beside it.
+/// Whether the surface of a phantom is between the camera and a virtual point, and not below or beside it.
 fn is_before(phantom: Surface, behind: Surface) -> bool {
     let height = dot(behind.pos_world - phantom.pos_world, phantom.normal);
     return phantom.is_phantom && behind.is_virtual

@@ -1,4 +1,4 @@
-//! Pipeline of the pass that softens the edges of phantoms.
+//! Pipeline of the soft edges pass.
 
 use bevy::{
     asset::load_embedded_asset,

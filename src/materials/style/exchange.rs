@@ -1,4 +1,4 @@
-//! Exchange of the `StandardMaterial` of a mesh for one that draws its style, and back.
+//! Exchange of the `StandardMaterial`s of meshes for styled materials, and back.
 
 use super::{
     SurfaceStyle,
@@ -10,7 +10,7 @@ use crate::{
 };
 use bevy::{ecs::system::SystemParam, platform::collections::HashSet, prelude::*};
 
-/// Finds the style of a mesh.
+/// System parameter that looks up the style of a mesh.
 #[derive(SystemParam)]
 pub(in crate::materials) struct Styles<'w, 's> {
     parents: Query<'w, 's, &'static ChildOf>,
@@ -28,7 +28,7 @@ impl Styles<'_, '_> {
     }
 }
 
-/// Copies changes of the originals and of the dome's textures into the styled_materials.
+/// Copies changes of the originals and of the dome's textures into the styled materials.
 pub(in crate::materials) fn update_styled_materials<E: StyleExtension>(
     mut changes: MessageReader<AssetEvent<StandardMaterial>>,
     mut styled_materials: ResMut<StyledMaterials<E>>,
@@ -57,7 +57,7 @@ pub(in crate::materials) fn update_styled_materials<E: StyleExtension>(
 
 type StyledMesh<E> = (Entity, &'static Styled<E>);
 
-/// Gives meshes their original back when their style has changed.
+/// Restores the original materials of meshes whose style has changed.
 pub(in crate::materials) fn restore_originals<E: StyleExtension>(
     mut commands: Commands,
     meshes: Query<StyledMesh<E>, With<MeshMaterial3d<StyledMaterial<E>>>>,
@@ -75,7 +75,7 @@ pub(in crate::materials) fn restore_originals<E: StyleExtension>(
 
 type PlainMesh = (Entity, &'static MeshMaterial3d<StandardMaterial>, &'static StageRole);
 
-/// Dresses plain meshes whose style this extension draws.
+/// Puts styled materials on virtual meshes whose style this extension draws.
 pub(in crate::materials) fn apply_styles<E: StyleExtension>(
     mut commands: Commands,
     mut styled_materials: ResMut<StyledMaterials<E>>,

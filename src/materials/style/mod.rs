@@ -1,7 +1,7 @@
-//! Surface styles: which material draws a mesh.
+//! Surface styles: the choice of the material that draws a mesh.
 //!
-//! **Enters:** [`SurfaceStyle`] on entities and the `StandardMaterial`s of meshes. **Leaves:** on each mesh whose style needs
-//! shading of its own, a material that extends the original, and [`Styled`], which remembers the original.
+//! **Enters:** [`SurfaceStyle`] on entities, and the `StandardMaterial`s of meshes. **Leaves:** a material that
+//! extends the original on each mesh whose style needs one, and [`Styled`], which keeps the original.
 
 mod exchange;
 mod styled_materials;

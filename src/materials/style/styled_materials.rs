@@ -1,4 +1,4 @@
-//! Materials that extend `StandardMaterial`s to draw a style, one per original and parameters.
+//! Styled materials: extensions of `StandardMaterial`s that draw a style, one for each original and set of parameters.
 
 use super::SurfaceStyle;
 use crate::shadows::{DomeIdentity, DomeTextures};
@@ -10,17 +10,18 @@ use bevy::{
 };
 use std::hash::Hash;
 
-/// An extension of `StandardMaterial` that draws a style.
+/// Extension of `StandardMaterial` that draws a style.
 pub(in crate::materials) trait StyleExtension: MaterialExtension {
-    /// What of the style the extension depends on; meshes that agree in it share a twin.
+    /// Parameters of the style that the extension depends on. Meshes with equal parameters and originals share a
+    /// material.
     type Parameters: Copy + Eq + Hash + Send + Sync + 'static;
 
-    /// `None` if this extension is not the one for the style.
+    /// Returns the parameters of a style, or `None` if another extension draws it.
     fn parameters(style: &SurfaceStyle, has_dome: bool) -> Option<Self::Parameters>;
 
     fn new(parameters: Self::Parameters, textures: &DomeTextures) -> Self;
 
-    /// Takes away what the extension does not draw.
+    /// Removes the features of the original that the extension does not draw.
     fn simplify(base: StandardMaterial) -> StandardMaterial {
         base
     }
@@ -29,8 +30,8 @@ pub(in crate::materials) trait StyleExtension: MaterialExtension {
 pub(super) type StyledMaterial<E> = ExtendedMaterial<StandardMaterial, E>;
 pub(super) type StyledMaterialKey<E> = (AssetId<StandardMaterial>, <E as StyleExtension>::Parameters);
 
-/// The twins in use; one per original and parameters, so that meshes still batch. The meshes that wear a twin keep it
-/// alive.
+/// Styled materials in use, one for each original and set of parameters, so that meshes still batch. The meshes keep
+/// the materials alive.
 #[derive(Resource)]
 pub(in crate::materials) struct StyledMaterials<E: StyleExtension> {
     pub(super) by_key: HashMap<StyledMaterialKey<E>, AssetId<StyledMaterial<E>>>,
@@ -43,14 +44,15 @@ impl<E: StyleExtension> Default for StyledMaterials<E> {
     }
 }
 
-/// On a mesh that wears a twin: where the twin comes from.
+/// Original material of a mesh with a styled material, and the parameters of its style.
 #[derive(Component)]
 pub(in crate::materials) struct Styled<E: StyleExtension> {
     pub(in crate::materials) original: Handle<StandardMaterial>,
     pub(super) parameters: E::Parameters,
 }
 
-/// The twin of a material. Always drawn forward: the deferred pass knows no shadow per color channel.
+/// Creates the styled material of an original. It is always drawn forward: the deferred pass has no shadows per color
+/// channel.
 pub(super) fn styled_material<E: StyleExtension>(
     original: &StandardMaterial,
     parameters: E::Parameters,
