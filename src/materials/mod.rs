@@ -56,8 +56,7 @@
 //! the triangles of the mesh again.
 //!
 //! Limits: near a lamp the bands follow its falloff with distance and are not flat. All bands lie between two colors,
-//! so with two lamps of different colors each side shows their mixture. Dome shadows treat toon meshes as they treat
-//! all others.
+//! so with two lamps of different colors each side shows their mixture.
 //!
 //! Sources: Kunze 2006, who takes ramps of two to five levels over N·L and R·V of one lamp from textures, draws
 //! back faces in black lines, and switches the style per model.

@@ -36,8 +36,8 @@ pub enum ShownMap {
     Confidence,
     /// Diffuse map: irradiance ÷ π for each surface normal.
     Diffuse,
-    /// Specular map at a level: radiance for each mirror direction. Of n levels, level m has perceptual roughness m /
-    /// (n − 1). Levels beyond the last show the last.
+    /// Specular map at a level: radiance for each mirror direction. Of n levels, level m has perceptual roughness
+    /// m / (n − 1). Levels beyond the last show the last.
     Specular(u32),
 }
 
