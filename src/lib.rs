@@ -49,7 +49,7 @@
 //! # Cargo features
 //! - `apriltag` (default): marker detection with the AprilTag C library; needs a C compiler.
 //! - `webcam`: `CameraFeed::device`; on Linux building needs libclang.
-//! - `egui`: `debug::MeasuringPanelPlugin`.
+//! - `egui`: `debug::MirrorballPanelPlugin`.
 //!
 //! # Frames of reference and units
 //! World: Bevy's, right-handed, +Y up, metres. Marker: origin at the center of the black square, +X right, +Y out of the paper,
@@ -155,7 +155,7 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 /// | [`shadows::ShadowsPlugin`] | dome of shadow directions |
 /// | [`materials::MaterialsPlugin`] | phantoms, image-based surfaces, toons |
 /// | [`authoring::AuthoringPlugin`] | glTF extras → components |
-/// | [`debug::FeedDiagnosticsPlugin`] | figures as Bevy diagnostics |
+/// | [`debug::MirrorballDiagnosticsPlugin`] | figures as Bevy diagnostics |
 /// | [`debug::MapViewPlugin`] | pictures of the environment's maps |
 ///
 /// Each can be used alone or left out with [`PluginGroupBuilder::disable`].
@@ -175,7 +175,7 @@ impl PluginGroup for MirrorballPlugins {
             .add(shadows::ShadowsPlugin)
             .add(materials::MaterialsPlugin)
             .add(authoring::AuthoringPlugin)
-            .add(debug::FeedDiagnosticsPlugin)
+            .add(debug::MirrorballDiagnosticsPlugin)
             .add(debug::MapViewPlugin)
     }
 }

@@ -1,39 +1,47 @@
-//! What is real and what is virtual.
+//! Phantoms: stand-ins for real objects.
 //!
-//! **Enters:** [`PhantomObject`] on meshes or on roots of spawned scenes. **Leaves:** a [`StageRole`] on every mesh entity,
-//! which tells the later stages whether it is a stand-in for something real or a virtual thing.
+//! **Enters:** [`PhantomObject`] on meshes or on roots of spawned scenes. **Leaves:** a [`StageRole`] on every mesh
+//! entity, from which the later stages know whether the mesh is a stand-in for a real object or a virtual object.
 
 use crate::MirrorballSystems;
 use bevy::prelude::*;
 
-/// A stand-in for a real thing in the picture: never seen itself, it hides virtual objects behind it and receives their
-/// shadows on the camera picture.
+/// Stand-in for a real object in the camera frame. It is invisible itself, hides virtual objects behind it, and
+/// receives their shadows on the camera frame.
 ///
-/// Put it on an entity with a mesh, or on the root of a spawned scene to make every mesh below it a phantom.
+/// Add it to an entity with a mesh, or to the root of a spawned scene to make every mesh below the root a phantom.
 ///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_mirrorball::prelude::*;
 /// # fn setup(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>) {
-/// // the desk: it catches shadows and casts none
-/// commands.spawn((PhantomObject { casts: false, ..default() }, Mesh3d(meshes.add(Plane3d::default().mesh().size(1.6, 1.2)))));
+/// // the desk: it receives shadows and casts none
+/// let desk = Plane3d::default().mesh().size(1.6, 1.2);
+/// commands.spawn((PhantomObject { casts: false, ..default() }, Mesh3d(meshes.add(desk))));
 /// // a real box, 12 × 6 × 7 cm
-/// commands.spawn((PhantomObject::default(), Mesh3d(meshes.add(Cuboid::new(0.12, 0.06, 0.07))), Transform::from_xyz(-0.1, 0.03, 0.2)));
+/// commands.spawn((
+///     PhantomObject::default(),
+///     Mesh3d(meshes.add(Cuboid::new(0.12, 0.06, 0.07))),
+///     Transform::from_xyz(-0.1, 0.03, 0.2),
+/// ));
 /// # }
 /// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[require(Transform, Visibility)]
 pub struct PhantomObject {
-    /// Whether it blocks light on its way to virtual objects and other phantoms. Turn off for supporting planes such as
-    /// the desk: the light probe stands on them and its map already holds what they hide. Defaults to `true`.
+    /// Whether the phantom casts shadows on virtual objects and other phantoms. Turn it off for supporting planes
+    /// such as the desk: the light probe stands on them, so its map already contains their occlusion. Defaults to
+    /// `true`.
     pub casts: bool,
-    /// Whether shadows of virtual objects appear on it. Turn off for mirrors such as the probe ball. Defaults to `true`.
+    /// Whether the phantom receives shadows of virtual objects. Turn it off for mirrors such as the probe ball.
+    /// Defaults to `true`.
     pub receives: bool,
-    /// Share of light its matte surface reflects, linear RGB, each above 0 and at most 1, where that is known: its brightness
-    /// then tells in absolute terms how much light falls on it, which the recovery of clipped lamps uses
-    /// ([`lighting`](crate::lighting)). A folded sheet of office paper (`Vec3::splat(0.8)`) with faces towards different
-    /// lamps tells them apart. Other values are ignored with a warning. Defaults to `None`, unknown.
+    /// Diffuse reflectance of the matte surface if it is known, linear RGB, each channel above 0 and at most 1. The
+    /// brightness of the surface then measures absolute irradiance, which the recovery of clipped lamps uses
+    /// ([`lighting`](crate::lighting)). A folded sheet of office paper (`Vec3::splat(0.8)`) with faces towards
+    /// different lamps separates their contributions. Values out of range are ignored with a warning. Defaults to
+    /// `None`, unknown.
     pub reflectance: Option<Vec3>,
 }
 
@@ -43,17 +51,17 @@ impl Default for PhantomObject {
     }
 }
 
-/// What a mesh stands for; kept up to date on every mesh entity.
+/// Role of a mesh, real or virtual. Kept up to date on every mesh entity.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
 pub enum StageRole {
-    /// Something virtual: seen, casts, receives.
+    /// Virtual object: it is visible, and casts and receives shadows.
     Virtual,
-    /// Something real, as its nearest ancestor's (or its own) [`PhantomObject`] says.
+    /// Stand-in for a real object, with the settings of the [`PhantomObject`] on the entity or its nearest ancestor.
     Phantom(PhantomObject),
 }
 
-/// Tells real from virtual.
+/// Assigns a [`StageRole`] to every mesh.
 pub struct PhantomPlugin;
 
 impl Plugin for PhantomPlugin {
@@ -65,7 +73,7 @@ impl Plugin for PhantomPlugin {
     }
 }
 
-/// The component of the nearest ancestor that has it, the entity itself included.
+/// Returns a component of the entity itself or of its nearest ancestor that has it.
 pub(crate) fn nearest<'w, C: Component>(
     entity: Entity,
     parents: &Query<&ChildOf>,

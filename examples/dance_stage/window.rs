@@ -10,7 +10,7 @@ use bevy::{
 };
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 use bevy_mirrorball::{
-    debug::{MeasuringPanel, MeasuringPanelPlugin},
+    debug::{MirrorballPanel, MirrorballPanelPlugin},
     prelude::*,
 };
 use std::num::NonZeroU32;
@@ -20,7 +20,7 @@ const TITLE: &str = "dance stage · 1…6 and T: toon or image-based · Tab: pan
 pub(crate) fn run(options: &Options) -> Outcome<()> {
     let (feed, size) = options.camera_feed()?;
     let camera = (ArCamera { intrinsics: options.intrinsics(size), ..default() }, feed);
-    let panel = MeasuringPanel::default();
+    let panel = MirrorballPanel::default();
     let window = Window {
         title: TITLE.to_owned(),
         resolution: WindowResolution::new(size.x + panel.width as u32, size.y),
@@ -37,7 +37,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
         FrameTimeDiagnosticsPlugin::default(),
         RenderDiagnosticsPlugin,
         MirrorballPlugins,
-        MeasuringPanelPlugin,
+        MirrorballPanelPlugin,
     ))
     .insert_resource(ClearColor(Color::srgb(0.11, 0.11, 0.12)))
     .add_systems(Startup, spawn_panel_camera)
@@ -67,7 +67,7 @@ fn spawn_panel_camera(mut commands: Commands) {
 
 /// Fits the viewport of the AR camera beside the panel.
 fn leave_room_for_panel(
-    panel: Res<MeasuringPanel>,
+    panel: Res<MirrorballPanel>,
     windows: Query<&Window, With<PrimaryWindow>>,
     mut cameras: Query<&mut Camera, With<ArCamera>>,
 ) {
@@ -87,7 +87,7 @@ fn leave_room_for_panel(
     }
 }
 
-fn open_panel(keys: Res<ButtonInput<KeyCode>>, mut panel: ResMut<MeasuringPanel>) {
+fn open_panel(keys: Res<ButtonInput<KeyCode>>, mut panel: ResMut<MirrorballPanel>) {
     if keys.just_pressed(KeyCode::Tab) {
         panel.is_open = !panel.is_open;
     }

@@ -1,4 +1,4 @@
-//! What a new user has to put right, in the order in which it matters.
+//! Checklist of the measurement setup for new users, in order of importance.
 
 use crate::{
     camera::{ArCamera, CameraFrame, FeedState, FeedStatistics},
@@ -8,35 +8,35 @@ use crate::{
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
 
-/// How well one thing is.
+/// Severity of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CheckLevel {
-    /// As it should be.
+    /// The subject is in order.
     Good,
-    /// It works, and could be better.
+    /// The measurement works, but could be better.
     Warning,
-    /// It keeps the light from being measured.
+    /// The light cannot be measured.
     Missing,
 }
 
-/// One line of the checklist.
+/// Line of the checklist.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
-    /// How well it is.
+    /// Severity.
     pub level: CheckLevel,
-    /// What it is about: a word.
+    /// Short name of the subject, for example `marker`.
     pub topic: &'static str,
-    /// What was found and, unless it is good, what to do.
+    /// Finding and, unless the level is [`CheckLevel::Good`], the remedy.
     pub text: String,
 }
 
-/// From this share of clipped pixels on, the ball's picture loses too much light.
-const TOO_MUCH_CLIPPED: f32 = 0.2;
+/// Fraction of clipped pixels above which the image of the ball loses too much light.
+const MAX_CLIPPED_FRACTION: f32 = 0.2;
 
 type CheckedCamera =
     (&'static ArCamera, Option<&'static FeedState>, Option<&'static FeedStatistics>, Option<&'static CameraFrame>);
 
-/// Looks after feed, marker, ball and exposure; a system parameter for panels of a game's own.
+/// Checks of feed, marker, ball and exposure, as a system parameter for a game's own panels.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -57,84 +57,98 @@ pub struct Checklist<'w, 's> {
 }
 
 impl Checklist<'_, '_> {
-    /// All lines: feed, field of view, markers, ball, exposure, shadows. The first camera's.
+    /// Returns all lines for the first camera: feed, field of view, markers, ball, exposure, shadows.
     pub fn checks(&self) -> Vec<Check> {
-        let check = |level, topic, text: String| Check { level, topic, text };
         let Some((ar_camera, state, statistics, frame)) = self.cameras.iter().next() else {
-            let text = "there is no ArCamera; spawn one with a CameraFeed".to_owned();
-            return vec![check(CheckLevel::Missing, "camera", text)];
+            return vec![Check::new(
+                CheckLevel::Missing,
+                "camera",
+                "there is no ArCamera; spawn one with a CameraFeed",
+            )];
         };
-        let (level, text) = match (state, frame) {
-            (Some(FeedState::Failed(reason) | FeedState::Lost(reason)), _) => (CheckLevel::Missing, reason.clone()),
-            (_, Some(frame)) => {
-                let statistics = statistics.cloned().unwrap_or_default();
-                let (size, rate, dropped) = (frame.pixels.size, statistics.capture_rate, statistics.dropped);
-                let mut text = format!("{} × {}, {rate:.1} /s, {dropped} dropped", size.x, size.y);
-                if statistics.bracketed > 0 {
-                    text += &format!(", {} at shorter exposures", statistics.bracketed);
-                }
-                (CheckLevel::Good, text)
-            }
-            (Some(_), None) => (CheckLevel::Missing, "waiting for the first picture".to_owned()),
-            (None, None) => (CheckLevel::Missing, "the camera has no CameraFeed".to_owned()),
-        };
-        let mut checks = vec![check(level, "feed", text)];
-        if let Some(frame) = frame {
-            let is_known = ar_camera.intrinsics.is_some() || frame.intrinsics.is_some();
-            let text = if is_known {
-                "intrinsics are known"
-            } else {
-                "a field of view of 60° is assumed; calibrate the camera"
-            };
-            let level = if is_known { CheckLevel::Good } else { CheckLevel::Warning };
-            checks.push(check(level, "lens", text.to_owned()));
-        }
-        checks.extend(self.anchors.iter().map(|(anchor, tracking)| {
-            let (level, text) = match tracking.state {
-                MarkerState::Tracked => {
-                    (CheckLevel::Good, format!("number {}, off by {:.2} px", anchor.id, tracking.reprojection_error))
-                }
-                MarkerState::Lost => (
-                    CheckLevel::Missing,
-                    format!("number {} is lost, its last pose stays; show it whole and sharp", anchor.id),
-                ),
-                MarkerState::Searching => (
-                    CheckLevel::Missing,
-                    format!("number {} not seen yet; show it whole, sharp and 40 pixels wide", anchor.id),
-                ),
-            };
-            check(level, "marker", text)
-        }));
-        if self.anchors.is_empty() {
-            checks.push(check(CheckLevel::Warning, "marker", "there is no MarkerAnchor".to_owned()));
-        }
         let probe = self.probes.iter().next();
-        checks.push(match probe {
-            Some(probe) if probe.is_in_view => {
-                let width = 2.0 * probe.outline.semi_axes.x;
-                check(CheckLevel::Good, "ball", format!("{width:.0} px wide"))
-            }
-            Some(probe) if probe.sequence > 0 => {
-                check(CheckLevel::Missing, "ball", "out of view; the last light stays".to_owned())
-            }
-            Some(_) => check(CheckLevel::Missing, "ball", "not seen yet; it has to be where the scene says".to_owned()),
-            None => check(CheckLevel::Warning, "ball", "there is no LightProbeSphere".to_owned()),
-        });
-        if let Some(probe) = probe.filter(|probe| probe.is_in_view) {
-            let (level, advice) = if probe.clipped_share > TOO_MUCH_CLIPPED {
-                (CheckLevel::Warning, "; lower the camera's exposure")
-            } else {
-                (CheckLevel::Good, "")
-            };
-            checks.push(check(
-                level,
-                "exposure",
-                format!("{:.0} % of the ball clipped{advice}", 100.0 * probe.clipped_share),
-            ));
+        let mut checks = vec![check_feed(state, statistics, frame)];
+        checks.extend(frame.map(|frame| check_lens(ar_camera, frame)));
+        checks.extend(self.anchors.iter().map(|(anchor, tracking)| check_marker(anchor, tracking)));
+        if self.anchors.is_empty() {
+            checks.push(Check::new(CheckLevel::Warning, "marker", "there is no MarkerAnchor"));
         }
+        checks.push(check_ball(probe));
+        checks.extend(probe.filter(|probe| probe.is_in_view).map(check_exposure));
         if self.domes.is_empty() {
-            checks.push(check(CheckLevel::Warning, "shadows", "there is no ShadowDomeLight".to_owned()));
+            checks.push(Check::new(CheckLevel::Warning, "shadows", "there is no ShadowDomeLight"));
         }
         checks
     }
+}
+
+impl Check {
+    fn new(level: CheckLevel, topic: &'static str, text: impl Into<String>) -> Self {
+        Self { level, topic, text: text.into() }
+    }
+}
+
+fn check_feed(state: Option<&FeedState>, statistics: Option<&FeedStatistics>, frame: Option<&CameraFrame>) -> Check {
+    let (level, text) = match (state, frame) {
+        (Some(FeedState::Failed(reason) | FeedState::Lost(reason)), _) => (CheckLevel::Missing, reason.clone()),
+        (_, Some(frame)) => {
+            let statistics = statistics.cloned().unwrap_or_default();
+            let (size, rate, dropped) = (frame.pixels.size, statistics.capture_rate, statistics.dropped);
+            let mut text = format!("{} × {}, {rate:.1} /s, {dropped} dropped", size.x, size.y);
+            if statistics.bracketed > 0 {
+                text += &format!(", {} at shorter exposures", statistics.bracketed);
+            }
+            (CheckLevel::Good, text)
+        }
+        (Some(_), None) => (CheckLevel::Missing, "waiting for the first picture".to_owned()),
+        (None, None) => (CheckLevel::Missing, "the camera has no CameraFeed".to_owned()),
+    };
+    Check::new(level, "feed", text)
+}
+
+fn check_lens(camera: &ArCamera, frame: &CameraFrame) -> Check {
+    if camera.intrinsics.is_some() || frame.intrinsics.is_some() {
+        Check::new(CheckLevel::Good, "lens", "intrinsics are known")
+    } else {
+        let text = "a field of view of 60° is assumed; calibrate the camera";
+        Check::new(CheckLevel::Warning, "lens", text)
+    }
+}
+
+fn check_marker(anchor: &MarkerAnchor, tracking: &MarkerTracking) -> Check {
+    let id = anchor.id;
+    let (level, text) = match tracking.state {
+        MarkerState::Tracked => {
+            (CheckLevel::Good, format!("number {id}, off by {:.2} px", tracking.reprojection_error))
+        }
+        MarkerState::Lost => {
+            (CheckLevel::Missing, format!("number {id} is lost, its last pose stays; show it whole and sharp"))
+        }
+        MarkerState::Searching => {
+            (CheckLevel::Missing, format!("number {id} not seen yet; show it whole, sharp and 40 pixels wide"))
+        }
+    };
+    Check::new(level, "marker", text)
+}
+
+fn check_ball(probe: Option<&ProbeMeasurement>) -> Check {
+    match probe {
+        Some(probe) if probe.is_in_view => {
+            Check::new(CheckLevel::Good, "ball", format!("{:.0} px wide", 2.0 * probe.outline.semi_axes.x))
+        }
+        Some(probe) if probe.sequence > 0 => {
+            Check::new(CheckLevel::Missing, "ball", "out of view; the last light stays")
+        }
+        Some(_) => Check::new(CheckLevel::Missing, "ball", "not seen yet; it has to be where the scene says"),
+        None => Check::new(CheckLevel::Warning, "ball", "there is no LightProbeSphere"),
+    }
+}
+
+fn check_exposure(probe: &ProbeMeasurement) -> Check {
+    let (level, advice) = if probe.clipped_share > MAX_CLIPPED_FRACTION {
+        (CheckLevel::Warning, "; lower the camera's exposure")
+    } else {
+        (CheckLevel::Good, "")
+    };
+    Check::new(level, "exposure", format!("{:.0} % of the ball clipped{advice}", 100.0 * probe.clipped_share))
 }

@@ -1,4 +1,4 @@
-//! The figures of the stages as Bevy diagnostics.
+//! Measurements of the stages as Bevy diagnostics.
 
 use crate::{
     MirrorballSystems,
@@ -17,32 +17,33 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Pictures per second that the source delivers.
+/// Frames per second that the source delivers.
 pub const CAPTURE_RATE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/capture_rate");
-/// Pictures the game has never seen.
+/// Number of frames that the game never received.
 pub const DROPPED: DiagnosticPath = DiagnosticPath::const_new("mirrorball/dropped");
-/// Milliseconds to decode a picture.
+/// Milliseconds to decode a frame.
 pub const DECODE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/decode");
-/// Milliseconds to search a picture for markers.
+/// Milliseconds to detect markers in a frame.
 pub const DETECT: DiagnosticPath = DiagnosticPath::const_new("mirrorball/detect");
 /// Milliseconds to measure ball and paper.
 pub const MEASURE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/measure");
-/// Milliseconds to recover clipped light and to find lights.
+/// Milliseconds to recover clipped light and to detect lights.
 pub const RECOVER: DiagnosticPath = DiagnosticPath::const_new("mirrorball/recover");
-/// Difference of a virtual ball from the real one, root mean square, percent of the sRGB-encoded range.
+/// Root mean square difference between a virtual ball and the real one, in percent of the sRGB-encoded range.
 pub const BALL_ERROR: DiagnosticPath = DiagnosticPath::const_new("mirrorball/ball_error");
-/// Degrees between the strongest light and its picture in the real ball.
+/// Degrees between the strongest light and its image in the real ball.
 pub const KEY_LIGHT_ANGLE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/key_light_angle");
-/// Milliseconds from the capture of a picture until the GPU has finished the frame lit by it. Not measured in
-/// [lockstep](FeedPace::Lockstep), where pictures have the time of their recording.
+/// Milliseconds from the capture of a camera frame until the GPU has finished the render lit by it. Not measured in
+/// [lockstep](FeedPace::Lockstep), where camera frames have the time of their recording.
 ///
-/// The end of a frame is noticed when the next one is handed to the GPU: the value is at most one frame too long.
+/// The end of a render is noticed when the next one is submitted to the GPU, so the value is too long by at most one
+/// render.
 pub const LIGHTING_AGE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/lighting_age");
 
-/// Registers the diagnostics of this module and keeps them up to date.
-pub struct FeedDiagnosticsPlugin;
+/// Registers the diagnostics of this module, and updates them.
+pub struct MirrorballDiagnosticsPlugin;
 
-impl Plugin for FeedDiagnosticsPlugin {
+impl Plugin for MirrorballDiagnosticsPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
         for path in [DECODE, DETECT, MEASURE, RECOVER, LIGHTING_AGE] {
@@ -52,15 +53,15 @@ impl Plugin for FeedDiagnosticsPlugin {
             .register_diagnostic(Diagnostic::new(DROPPED))
             .register_diagnostic(Diagnostic::new(BALL_ERROR).with_suffix(" %"))
             .register_diagnostic(Diagnostic::new(KEY_LIGHT_ANGLE).with_suffix("°"))
-            .add_systems(PostUpdate, (note_stages, note_light).after(MirrorballSystems::Light));
+            .add_systems(PostUpdate, (record_stages, record_light).after(MirrorballSystems::Light));
         let finished = FinishedFrames::default();
-        app.insert_resource(finished.clone()).add_systems(First, note_lighting_age);
+        app.insert_resource(finished.clone()).add_systems(First, record_lighting_age);
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
             render_app
                 .insert_resource(finished)
-                .init_resource::<DrawnPicture>()
-                .add_systems(ExtractSchedule, extract_picture)
-                .add_systems(Render, watch_gpu.in_set(RenderSystems::Cleanup));
+                .init_resource::<DrawnFrame>()
+                .add_systems(ExtractSchedule, extract_drawn_frame)
+                .add_systems(Render, watch_submitted_work.in_set(RenderSystems::Cleanup));
         }
     }
 }
@@ -69,11 +70,11 @@ fn milliseconds(time: Duration) -> f64 {
     1e3 * time.as_secs_f64()
 }
 
-type NewPicture = (Ref<'static, CameraFrame>, Option<&'static FeedStatistics>, Option<&'static DetectedMarkers>);
+type NewFrame = (Ref<'static, CameraFrame>, Option<&'static FeedStatistics>, Option<&'static DetectedMarkers>);
 
-fn note_stages(
+fn record_stages(
     mut diagnostics: Diagnostics,
-    cameras: Query<NewPicture, With<ArCamera>>,
+    cameras: Query<NewFrame, With<ArCamera>>,
     probes: Query<&ProbeMeasurement>,
 ) {
     let Some((frame, statistics, detected)) = cameras.iter().next().filter(|(frame, ..)| frame.is_changed()) else {
@@ -92,7 +93,7 @@ fn note_stages(
     }
 }
 
-fn note_light(
+fn record_light(
     mut diagnostics: Diagnostics,
     recovered: Query<&RecoveredLight, Changed<RecoveredLight>>,
     checks: Query<&SelfCheck, Changed<SelfCheck>>,
@@ -108,20 +109,21 @@ fn note_light(
     }
 }
 
-/// Captures of pictures whose frames the GPU has finished, and when; shared with the render world.
+/// Capture times of camera frames whose renders the GPU has finished, and the times of completion; shared with the
+/// render world.
 #[derive(Resource, Clone, Default)]
 struct FinishedFrames(Arc<Mutex<Vec<(Duration, Instant)>>>);
 
-/// The picture in the frame being drawn.
+/// Camera frame that is being drawn.
 #[derive(Resource, Default)]
-struct DrawnPicture {
+struct DrawnFrame {
     newest: Option<(u64, Duration)>,
     watched: Option<u64>,
 }
 
 type LiveCamera = (&'static CameraFrame, &'static CameraFeed);
 
-fn extract_picture(mut drawn: ResMut<DrawnPicture>, cameras: Extract<Query<LiveCamera, With<ArCamera>>>) {
+fn extract_drawn_frame(mut drawn: ResMut<DrawnFrame>, cameras: Extract<Query<LiveCamera, With<ArCamera>>>) {
     drawn.newest = cameras
         .iter()
         .next()
@@ -129,7 +131,7 @@ fn extract_picture(mut drawn: ResMut<DrawnPicture>, cameras: Extract<Query<LiveC
         .map(|(frame, _)| (frame.sequence, frame.captured));
 }
 
-fn watch_gpu(mut drawn: ResMut<DrawnPicture>, finished: Res<FinishedFrames>, queue: Res<RenderQueue>) {
+fn watch_submitted_work(mut drawn: ResMut<DrawnFrame>, finished: Res<FinishedFrames>, queue: Res<RenderQueue>) {
     let Some((sequence, captured)) = drawn.newest.filter(|(sequence, _)| drawn.watched != Some(*sequence)) else {
         return;
     };
@@ -140,7 +142,7 @@ fn watch_gpu(mut drawn: ResMut<DrawnPicture>, finished: Res<FinishedFrames>, que
     });
 }
 
-fn note_lighting_age(mut diagnostics: Diagnostics, finished: Res<FinishedFrames>, time: Res<Time<Real>>) {
+fn record_lighting_age(mut diagnostics: Diagnostics, finished: Res<FinishedFrames>, time: Res<Time<Real>>) {
     for (captured, at) in finished.0.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
         let age = at.saturating_duration_since(time.startup()).saturating_sub(captured);
         diagnostics.add_measurement(&LIGHTING_AGE, || milliseconds(age));

@@ -1,20 +1,20 @@
-//! Memory on the graphics device.
+//! GPU memory of the crate.
 
 use bevy::{platform::collections::HashMap, render::renderer::RenderDevice};
 
-/// What textures or buffers of one label take up on the graphics device.
+/// GPU memory of the textures or buffers with one label.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceMemory {
-    /// `mirrorball_<stage>_<thing>`.
+    /// Label of the form `mirrorball_<stage>_<thing>`.
     pub label: String,
-    /// All of that label together.
+    /// Size of all allocations with this label together.
     pub bytes: u64,
 }
 
-/// What the crate's textures and buffers take up on the graphics device, the largest first; `None` where the backend does not tell
-/// (only Vulkan and DirectX 12 do).
+/// Returns the GPU memory of the crate's textures and buffers, the largest first, or `None` if the backend does not
+/// report it (only Vulkan and DirectX 12 do).
 ///
-/// Walks through all allocations of the program: for panels and reports, not for every frame.
+/// The function visits all allocations of the program. Use it for panels and reports, not in every frame.
 ///
 /// ```no_run
 /// # use bevy::{prelude::*, render::renderer::RenderDevice};

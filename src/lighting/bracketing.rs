@@ -2,7 +2,7 @@
 
 use super::solver::BracketedExposure;
 use crate::{
-    camera::{ArCamera, CameraFrame, BracketedFrame, BracketedFrames},
+    camera::{ArCamera, BracketedFrame, BracketedFrames, CameraFrame},
     probe::{LightProbeSphere, ProbeMeasurement},
 };
 use bevy::{math::Affine3A, prelude::*};

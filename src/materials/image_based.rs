@@ -1,40 +1,33 @@
-//! `StandardMaterial` whose image-based light is shadowed by the dome.
+//! Image-based material: a `StandardMaterial` whose image-based light is shadowed by the dome.
 
-use super::{SurfaceStyle, twin::StyleExtension};
+use super::{
+    SurfaceStyle,
+    dome_bindings::{DomeBindings, bind_fields, define_in_fragment},
+    style::StyleExtension,
+};
 use crate::shadows::{DomeShader, DomeTextures};
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
     prelude::*,
-    render::{
-        render_resource::{AsBindGroup, RenderPipelineDescriptor, SpecializedMeshPipelineError},
-        storage::ShaderBuffer,
-    },
+    render::render_resource::{AsBindGroup, RenderPipelineDescriptor, SpecializedMeshPipelineError},
     shader::ShaderRef,
 };
 
-/// A `StandardMaterial` under dome shadows.
+/// `StandardMaterial` with dome shadows on its image-based light.
 pub type ImageBasedMaterial = ExtendedMaterial<StandardMaterial, DomeShadowed>;
 
-/// What [`ImageBasedMaterial`] adds to a `StandardMaterial`. Managed by the crate.
-#[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
-#[bind_group_data(DomeShader)]
+/// Extension of `StandardMaterial` that makes an [`ImageBasedMaterial`]. Managed by the crate.
+#[derive(Asset, TypePath, Clone, Debug)]
 pub struct DomeShadowed {
-    #[texture(100, sample_type = "depth")]
-    #[sampler(101, sampler_type = "comparison")]
-    atlas: Handle<Image>,
-    #[storage(102, read_only)]
-    views: Handle<ShaderBuffer>,
-    #[storage(103, read_only)]
-    weights: Handle<ShaderBuffer>,
-    #[storage(104, read_only)]
-    visibility: Handle<ShaderBuffer>,
-    shader: DomeShader,
+    dome: DomeBindings,
 }
+
+bind_fields!(DomeShadowed, DomeShader, dome: DomeBindings);
 
 impl From<&DomeShadowed> for DomeShader {
     fn from(extension: &DomeShadowed) -> Self {
-        extension.shader
+        extension.dome.shader
     }
 }
 
@@ -49,9 +42,7 @@ impl MaterialExtension for DomeShadowed {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        if let Some(fragment) = &mut descriptor.fragment {
-            fragment.shader_defs.extend(key.bind_group_data.shader_defs());
-        }
+        define_in_fragment(descriptor, key.bind_group_data.shader_defs());
         Ok(())
     }
 }
@@ -64,12 +55,6 @@ impl StyleExtension for DomeShadowed {
     }
 
     fn new((): (), textures: &DomeTextures) -> Self {
-        Self {
-            atlas: textures.atlas.clone(),
-            views: textures.views.clone(),
-            weights: textures.weights.clone(),
-            visibility: textures.visibility.clone(),
-            shader: textures.shader,
-        }
+        Self { dome: textures.into() }
     }
 }

@@ -1,4 +1,5 @@
-// StandardMaterial under dome shadows: the share of the environment's light that arrives scales the diffuse part.
+// StandardMaterial with dome shadows: the unshadowed fraction of the environment's light scales the diffuse term, and
+// an estimate of the unshadowed reflection scales the specular term.
 
 #import bevy_pbr::{
     forward_io::{FragmentOutput, VertexOutput},

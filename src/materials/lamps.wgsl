@@ -1,4 +1,4 @@
-// Light that virtual lamps throw on a real surface, as a share of the light that falls on it in the real room.
+// Illumination of real surfaces by virtual lamps, relative to the light that falls on the surface in the real room.
 
 #define_import_path bevy_mirrorball::materials::lamps
 
@@ -20,12 +20,12 @@
 #import bevy_pbr::lighting::LayerLightingInput
 #endif
 
-/// Real irradiance ÷ π below this (camera units) counts as this much: a black picture tells nothing of what is in it.
-const LEAST_REAL: f32 = 1e-3;
-/// A map below this (camera units) in all channels has not been measured yet.
-const NOTHING_MEASURED: f32 = 1e-5;
+/// Lower bound of real irradiance ÷ π, in camera units: a black frame holds no information about the surface color.
+const MIN_REAL_IRRADIANCE: f32 = 1e-3;
+/// Irradiance ÷ π of the map, in camera units, up to which in all channels it counts as not yet measured.
+const MIN_MEASURED_IRRADIANCE: f32 = 1e-5;
 
-/// A point of a real surface, and the flags of its mesh.
+/// Point on a real surface, and the flags of its mesh.
 struct RealSurface {
     frag_coord: vec4f,
     pos_world: vec4f,
@@ -33,8 +33,8 @@ struct RealSurface {
     flags: u32,
 }
 
-/// Irradiance from one lamp of the lists for clusters, in Bevy's units before exposure.
-fn near_lamp(surface: RealSurface, id: u32) -> vec3f {
+/// Irradiance from one clustered point or spot light, without shadow and spot cone, in Bevy's units before exposure.
+fn clustered_lamp_irradiance(surface: RealSurface, id: u32) -> vec3f {
     let lamp = &view_bindings::clustered_lights.data[id];
     let towards = (*lamp).position_radius.xyz - surface.pos_world.xyz;
     let distance_squared = dot(towards, towards);
@@ -43,19 +43,19 @@ fn near_lamp(surface: RealSurface, id: u32) -> vec3f {
     return (*lamp).color_inverse_square_range.rgb * (falloff * cos_angle);
 }
 
-/// Share of its light that a spot lamp sends in a direction.
-fn spot_share(surface: RealSurface, id: u32) -> f32 {
+/// Attenuation by the cone of a spot light towards the surface, 0…1.
+fn spot_attenuation(surface: RealSurface, id: u32) -> f32 {
     let lamp = &view_bindings::clustered_lights.data[id];
     let across = (*lamp).light_custom_data.xy;
     let up = sqrt(max(0.0, 1.0 - dot(across, across)));
     let is_down = ((*lamp).flags & POINT_LIGHT_FLAGS_SPOT_LIGHT_Y_NEGATIVE) != 0u;
     let dir = vec3f(across.x, select(up, -up, is_down), across.y);
     let towards = normalize((*lamp).position_radius.xyz - surface.pos_world.xyz);
-    let share = saturate(dot(-dir, towards) * (*lamp).light_custom_data.z + (*lamp).light_custom_data.w);
-    return share * share;
+    let attenuation = saturate(dot(-dir, towards) * (*lamp).light_custom_data.z + (*lamp).light_custom_data.w);
+    return attenuation * attenuation;
 }
 
-/// Irradiance from all lamps past everything that throws shadows in the engine's maps, in Bevy's units before exposure.
+/// Irradiance from all lamps, shadowed by the engine's shadow maps, in Bevy's units before exposure.
 fn lamp_irradiance(surface: RealSurface) -> vec3f {
     let pos = surface.pos_world;
     let xy = surface.frag_coord.xy;
@@ -67,7 +67,7 @@ fn lamp_irradiance(surface: RealSurface) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = ranges.first_point_light_index_offset; i < ranges.first_spot_light_index_offset; i++) {
         let id = clustering::get_clusterable_object_id(i);
-        var light = near_lamp(surface, id);
+        var light = clustered_lamp_irradiance(surface, id);
         if receives && (view_bindings::clustered_lights.data[id].flags & POINT_LIGHT_FLAGS_SHADOWS_ENABLED_BIT) != 0u {
             light *= shadows::fetch_point_shadow(id, pos, surface.normal, xy);
         }
@@ -75,7 +75,7 @@ fn lamp_irradiance(surface: RealSurface) -> vec3f {
     }
     for (var i = ranges.first_spot_light_index_offset; i < ranges.first_reflection_probe_index_offset; i++) {
         let id = clustering::get_clusterable_object_id(i);
-        var light = near_lamp(surface, id) * spot_share(surface, id);
+        var light = clustered_lamp_irradiance(surface, id) * spot_attenuation(surface, id);
         let near_z = view_bindings::clustered_lights.data[id].shadow_map_near_z;
         if receives && (view_bindings::clustered_lights.data[id].flags & POINT_LIGHT_FLAGS_SHADOWS_ENABLED_BIT) != 0u {
             light *= shadows::fetch_spot_shadow(id, pos, surface.normal, near_z, xy);
@@ -93,9 +93,10 @@ fn lamp_irradiance(surface: RealSurface) -> vec3f {
     return sum;
 }
 
-/// Irradiance from the lamps ÷ irradiance in the real room: what the camera's picture gains, as a factor on it. 0 without an
-/// environment map or with a black one, since then nothing is known of the room. Of the real light other things leave a share.
-fn lamp_gain(surface: RealSurface, share_left: f32) -> vec3f {
+/// Irradiance from the lamps ÷ irradiance in the real room: the factor by which lamps brighten the camera frame. 0
+/// without an environment map or with a black one, because the light of the room is then unknown. `fraction_left` is
+/// the fraction of the real light that phantoms do not block.
+fn lamp_gain(surface: RealSurface, fraction_left: f32) -> vec3f {
 #ifdef ENVIRONMENT_MAP
     let lamps = lamp_irradiance(surface);
     if all(lamps <= vec3f(0.0)) {
@@ -113,11 +114,11 @@ fn lamp_gain(surface: RealSurface, share_left: f32) -> vec3f {
     var ranges = clustering::unpack_clusterable_object_index_ranges(cluster);
     let open = compute_radiances(layer, &ranges, surface.pos_world.xyz, false).irradiance;
     let exposure = view_bindings::view.exposure;
-    if all(open * exposure <= vec3f(NOTHING_MEASURED)) {
+    if all(open * exposure <= vec3f(MIN_MEASURED_IRRADIANCE)) {
         return vec3f(0.0);
     }
-    let real = open * share_left * exposure;
-    return lamps * (exposure / PI) / max(real, vec3f(LEAST_REAL));
+    let real = open * fraction_left * exposure;
+    return lamps * (exposure / PI) / max(real, vec3f(MIN_REAL_IRRADIANCE));
 #else
     return vec3f(0.0);
 #endif

@@ -1,6 +1,10 @@
-//! The material of phantoms: the camera picture under the shadows of virtual things and the light of virtual lamps.
+//! Phantom material: the camera frame under the shadows of virtual objects and the light of virtual lamps.
 
-use super::{ImageBasedMaterial, ToonMaterial, outline::Outline};
+use super::{
+    ImageBasedMaterial, ToonMaterial,
+    dome_bindings::{DomeBindings, bind_fields, define_in_fragment},
+    outline::Outline,
+};
 use crate::{
     camera::{ArCamera, CameraFrame, FrameMapping, FrameTexture},
     phantom::{PhantomObject, StageRole},
@@ -10,47 +14,42 @@ use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{MaterialPipeline, MaterialPipelineKey},
     prelude::*,
-    render::{
-        render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
-        storage::ShaderBuffer,
-    },
+    render::render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
     shader::ShaderRef,
 };
 
-/// Shows the camera picture times the share of light that virtual things let through, and what virtual lamps add. Managed by
-/// the crate: put a [`PhantomObject`] on an entity instead.
+/// Material of phantoms. It shows the camera frame times the fraction of light that virtual objects let through, plus
+/// the light of virtual lamps. Managed by the crate: put a [`PhantomObject`] on an entity instead.
 ///
-/// The picture is that of the first [`ArCamera`]; before it has one, phantoms are not drawn.
-#[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
-#[bind_group_data(PhantomKey)]
+/// The frame is that of the first [`ArCamera`]. Phantoms are not drawn before the first frame.
+#[derive(Asset, TypePath, Clone, Debug)]
 pub struct PhantomMaterial {
+    frame: FrameBindings,
+    dome: DomeBindings,
+    receives: bool,
+    has_lamps: bool,
+}
+
+bind_fields!(PhantomMaterial, PhantomKey, dome: DomeBindings, frame: FrameBindings);
+
+/// Bindings of the camera frame.
+#[derive(AsBindGroup, Clone, Debug)]
+struct FrameBindings {
     #[texture(0)]
     #[sampler(1)]
     frame: Option<Handle<Image>>,
     #[uniform(2)]
     uniform: PhantomUniform,
-    #[texture(100, sample_type = "depth")]
-    #[sampler(101, sampler_type = "comparison")]
-    atlas: Handle<Image>,
-    #[storage(102, read_only)]
-    views: Handle<ShaderBuffer>,
-    #[storage(103, read_only)]
-    weights: Handle<ShaderBuffer>,
-    #[storage(104, read_only)]
-    visibility: Handle<ShaderBuffer>,
-    shader: DomeShader,
-    receives: bool,
-    has_lamps: bool,
 }
 
-/// Mirror of `Phantom` in phantom.wgsl.
+/// Mirror of `Phantom` in `phantom_frame.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, PartialEq)]
 struct PhantomUniform {
     frame_uv_from_view_uv: Vec4,
 }
 
-/// What needs a pipeline of its own. A flag in the uniform would do; but lavapipe compiles shaders that branch on uniforms anew
-/// in every frame, and keeps them all.
+/// Pipeline key of phantoms. Flags in the uniform would be enough, but lavapipe recompiles shaders that branch on
+/// uniforms in every frame, and keeps them all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PhantomKey {
     receives: bool,
@@ -60,11 +59,11 @@ pub struct PhantomKey {
 
 impl From<&PhantomMaterial> for PhantomKey {
     fn from(material: &PhantomMaterial) -> Self {
-        Self { receives: material.receives, shader: material.shader, has_lamps: material.has_lamps }
+        Self { receives: material.receives, shader: material.dome.shader, has_lamps: material.has_lamps }
     }
 }
 
-/// Maps every view position to a place outside the picture, where phantoms are not drawn.
+/// Mapping of every view position to a point outside the frame, where phantoms are not drawn.
 const NO_FRAME: Vec4 = Vec4::new(0.0, 0.0, -1.0, -1.0);
 
 impl Material for PhantomMaterial {
@@ -82,16 +81,15 @@ impl Material for PhantomMaterial {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        if let Some(fragment) = &mut descriptor.fragment {
-            fragment.shader_defs.extend(key.bind_group_data.receives.then(|| "RECEIVES_SHADOWS".into()));
-            fragment.shader_defs.extend(key.bind_group_data.shader.shader_defs());
-            fragment.shader_defs.extend(key.bind_group_data.has_lamps.then(|| "HAS_LAMPS".into()));
-        }
+        let PhantomKey { receives, shader, has_lamps } = key.bind_group_data;
+        define_in_fragment(descriptor, receives.then(|| "RECEIVES_SHADOWS".into()));
+        define_in_fragment(descriptor, shader.shader_defs());
+        define_in_fragment(descriptor, has_lamps.then(|| "HAS_LAMPS".into()));
         Ok(())
     }
 }
 
-/// The two materials all phantoms share.
+/// The two materials that all phantoms share.
 #[derive(Resource, Default)]
 pub(super) struct PhantomMaterials {
     receiving: Handle<PhantomMaterial>,
@@ -99,6 +97,7 @@ pub(super) struct PhantomMaterials {
     made_from: Option<PhantomSources>,
 }
 
+/// Inputs of the shared materials.
 #[derive(PartialEq)]
 struct PhantomSources {
     frame: Option<AssetId<Image>>,
@@ -109,7 +108,8 @@ struct PhantomSources {
 
 type FrameSource = (&'static ArCamera, &'static Camera, &'static CameraFrame, &'static FrameTexture);
 
-pub(super) fn follow_camera(
+/// Updates the shared materials when the frame, its mapping, the dome's textures or the presence of lamps changes.
+pub(super) fn update_phantom_materials(
     mut shared: ResMut<PhantomMaterials>,
     mut materials: ResMut<Assets<PhantomMaterial>>,
     textures: Res<DomeTextures>,
@@ -133,13 +133,8 @@ pub(super) fn follow_camera(
         return;
     }
     let material = |receives: bool| PhantomMaterial {
-        frame: frame.clone(),
-        uniform: PhantomUniform { frame_uv_from_view_uv },
-        atlas: textures.atlas.clone(),
-        views: textures.views.clone(),
-        weights: textures.weights.clone(),
-        visibility: textures.visibility.clone(),
-        shader: textures.shader,
+        frame: FrameBindings { frame: frame.clone(), uniform: PhantomUniform { frame_uv_from_view_uv } },
+        dome: textures.as_ref().into(),
         receives,
         has_lamps: sources.has_lamps,
     };
@@ -161,19 +156,20 @@ type VirtualMaterials =
 
 type ChangedRole = (Entity, &'static StageRole, Has<MeshMaterial3d<PhantomMaterial>>);
 
-pub(super) fn dress_phantoms(
+/// Puts the shared materials on phantoms, and removes them from meshes that became virtual.
+pub(super) fn assign_phantom_materials(
     mut commands: Commands,
     shared: Res<PhantomMaterials>,
     meshes: Query<ChangedRole, (Changed<StageRole>, Without<Outline>)>,
 ) {
-    for (mesh, role, is_dressed) in &meshes {
+    for (mesh, role, has_material) in &meshes {
         let mut entity = commands.entity(mesh);
         match role {
             StageRole::Phantom(PhantomObject { receives, .. }) => {
                 let material = if *receives { &shared.receiving } else { &shared.hiding };
                 entity.remove::<VirtualMaterials>().insert(MeshMaterial3d(material.clone()));
             }
-            StageRole::Virtual if is_dressed => {
+            StageRole::Virtual if has_material => {
                 entity.remove::<MeshMaterial3d<PhantomMaterial>>();
             }
             StageRole::Virtual => {}

@@ -1,28 +1,21 @@
-// A real thing in the picture: its depth hides virtual things, its color is the camera's under virtual shadows and lamps.
+// Phantom: a stand-in for a real object. Its depth hides virtual objects; its color is the camera frame under virtual
+// shadows and lamps.
 
 #import bevy_pbr::forward_io::{VertexOutput, FragmentOutput}
-#import bevy_pbr::mesh_view_bindings::view
+#import bevy_mirrorball::materials::phantom_frame::{frame_uv, is_outside_frame}
 #import bevy_mirrorball::shadows::render::receive::phantom_ratio
 #ifdef HAS_LAMPS
 #import bevy_pbr::mesh_bindings::mesh
 #import bevy_mirrorball::materials::lamps::{RealSurface, lamp_gain}
 #endif
 
-/// Mirror of `PhantomUniform` in phantom.rs.
-struct Phantom {
-    /// frame_uv = view_uv * xy + zw
-    frame_uv_from_view_uv: vec4f,
-}
-
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var frame: texture_2d<f32>;
 @group(#{MATERIAL_BIND_GROUP}) @binding(1) var frame_sampler: sampler;
-@group(#{MATERIAL_BIND_GROUP}) @binding(2) var<uniform> phantom: Phantom;
 
 @fragment
 fn fragment(in: VertexOutput) -> FragmentOutput {
-    let uv_view = (in.position.xy - view.viewport.xy) / view.viewport.zw;
-    let uv_frame = uv_view * phantom.frame_uv_from_view_uv.xy + phantom.frame_uv_from_view_uv.zw;
-    if any(uv_frame < vec2f(0.0)) || any(uv_frame > vec2f(1.0)) {
+    let uv_frame = frame_uv(in.position);
+    if is_outside_frame(uv_frame) {
         discard;
     }
     var color = textureSampleLevel(frame, frame_sampler, uv_frame, 0.0).rgb;

@@ -1,26 +1,17 @@
-// A phantom in the prepass: where the camera has a picture; the normal's alpha tells the visibility pass what it is.
+// Phantom in the prepass, drawn only inside the camera frame. The alpha of the normal encodes for the visibility pass
+// whether the phantom receives shadows.
 
 #import bevy_pbr::prepass_io::VertexOutput
-#import bevy_pbr::mesh_view_bindings::view
 #import bevy_mirrorball::shadows::render::samples::{IS_HIDING, IS_PHANTOM}
 #ifdef PREPASS_FRAGMENT
+#import bevy_mirrorball::materials::phantom_frame::{frame_uv, is_outside_frame}
 #import bevy_pbr::prepass_io::FragmentOutput
 #endif
-
-/// Mirror of `PhantomUniform` in phantom.rs.
-struct Phantom {
-    /// frame_uv = view_uv * xy + zw
-    frame_uv_from_view_uv: vec4f,
-}
-
-@group(#{MATERIAL_BIND_GROUP}) @binding(2) var<uniform> phantom: Phantom;
 
 #ifdef PREPASS_FRAGMENT
 @fragment
 fn fragment(in: VertexOutput) -> FragmentOutput {
-    let uv_view = (in.position.xy - view.viewport.xy) / view.viewport.zw;
-    let uv_frame = uv_view * phantom.frame_uv_from_view_uv.xy + phantom.frame_uv_from_view_uv.zw;
-    if any(uv_frame < vec2f(0.0)) || any(uv_frame > vec2f(1.0)) {
+    if is_outside_frame(frame_uv(in.position)) {
         discard;
     }
     var out: FragmentOutput;

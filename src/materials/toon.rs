@@ -1,40 +1,38 @@
-//! `StandardMaterial` whose light comes in flat bands.
+//! Toon material: a `StandardMaterial` shaded in flat bands of light.
 
-use super::{SurfaceStyle, twin::StyleExtension};
+use super::{
+    SurfaceStyle,
+    dome_bindings::{DomeBindings, bind_fields, define_in_fragment},
+    style::StyleExtension,
+};
 use crate::shadows::{DomeShader, DomeTextures};
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
     prelude::*,
-    render::{
-        render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
-        storage::ShaderBuffer,
-    },
+    render::render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
     shader::ShaderRef,
 };
 
-/// A `StandardMaterial` in flat bands of light.
+/// `StandardMaterial` shaded in flat bands of light.
 pub type ToonMaterial = ExtendedMaterial<StandardMaterial, ToonShaded>;
 
-/// What [`ToonMaterial`] adds to a `StandardMaterial`. Managed by the crate: use [`SurfaceStyle::Toon`].
-#[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
-#[bind_group_data(DomeShader)]
+/// Extension of `StandardMaterial` that makes a [`ToonMaterial`]. Managed by the crate: use [`SurfaceStyle::Toon`].
+#[derive(Asset, TypePath, Clone, Debug)]
 pub struct ToonShaded {
-    #[texture(100, sample_type = "depth")]
-    #[sampler(101, sampler_type = "comparison")]
-    atlas: Handle<Image>,
-    #[storage(102, read_only)]
-    views: Handle<ShaderBuffer>,
-    #[storage(103, read_only)]
-    weights: Handle<ShaderBuffer>,
-    #[storage(104, read_only)]
-    visibility: Handle<ShaderBuffer>,
-    shader: DomeShader,
+    dome: DomeBindings,
+    bands: ToonBindings,
+}
+
+bind_fields!(ToonShaded, DomeShader, dome: DomeBindings, bands: ToonBindings);
+
+#[derive(AsBindGroup, Clone, Debug)]
+struct ToonBindings {
     #[uniform(105)]
     uniform: ToonUniform,
 }
 
-/// Mirror of `Toon` in toon.wgsl.
+/// Mirror of `Toon` in `toon.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug)]
 struct ToonUniform {
     bands: f32,
@@ -43,7 +41,7 @@ struct ToonUniform {
 
 impl From<&ToonShaded> for DomeShader {
     fn from(extension: &ToonShaded) -> Self {
-        extension.shader
+        extension.dome.shader
     }
 }
 
@@ -58,15 +56,13 @@ impl MaterialExtension for ToonShaded {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        if let Some(fragment) = &mut descriptor.fragment {
-            fragment.shader_defs.extend(key.bind_group_data.shader_defs());
-        }
+        define_in_fragment(descriptor, key.bind_group_data.shader_defs());
         Ok(())
     }
 }
 
 impl StyleExtension for ToonShaded {
-    /// The number of bands, and whether there are highlights.
+    /// Number of bands, and whether surfaces have highlights.
     type Parameters = (u32, bool);
 
     fn parameters(style: &SurfaceStyle, _: bool) -> Option<(u32, bool)> {
@@ -77,17 +73,11 @@ impl StyleExtension for ToonShaded {
     }
 
     fn new((bands, highlight): (u32, bool), textures: &DomeTextures) -> Self {
-        Self {
-            atlas: textures.atlas.clone(),
-            views: textures.views.clone(),
-            weights: textures.weights.clone(),
-            visibility: textures.visibility.clone(),
-            shader: textures.shader,
-            uniform: ToonUniform { bands: bands as f32, highlight: f32::from(highlight) },
-        }
+        let uniform = ToonUniform { bands: bands as f32, highlight: f32::from(highlight) };
+        Self { dome: textures.into(), bands: ToonBindings { uniform } }
     }
 
-    /// Bands are matte: without the layers that would show the room sharply, and without their cost.
+    /// Removes the layers that would mirror the room sharply, and their cost: bands are matte.
     fn simplify(base: StandardMaterial) -> StandardMaterial {
         StandardMaterial {
             clearcoat: 0.0,

@@ -1,5 +1,5 @@
-// StandardMaterial in flat bands: the light that a white matte surface would get, in steps between the room's darkest
-// and brightest light. The formulas are in mod.rs.
+// StandardMaterial in flat bands: the light that a white matte surface would receive, quantized between the darkest
+// and the brightest light in the room. The formulas are in the documentation of mod.rs.
 
 #import bevy_pbr::{
     forward_io::{FragmentOutput, VertexOutput},
@@ -11,40 +11,45 @@
 }
 #import bevy_mirrorball::shadows::render::receive::virtual_ratio
 
-/// Mirror of `ToonUniform` in toon.rs.
+/// Mirror of `ToonUniform` in `toon.rs`.
 struct Toon {
+    /// Number of bands, 2 to 5.
     bands: f32,
-    /// 1 with, 0 without.
+    /// 1 with a highlight, 0 without.
     highlight: f32,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(105) var<uniform> toon: Toon;
 
-/// Perceptual roughness at which the engine's diffuse term, looked at along the normal, is Lambert's to 3 %.
+/// Perceptual roughness at which the engine's diffuse term, viewed along the normal, is Lambertian to 3 %.
 const LAMBERT_ROUGHNESS: f32 = 0.70710678;
-/// Keeps the direction of view off the exact opposite of a lamp's, where the engine's half vector has no direction.
+/// Offset of the view direction from the normal. It avoids the exact opposite of a lamp's direction, where the
+/// engine's half vector is undefined.
 const OFF_NORMAL: vec3f = vec3f(0.0137, 0.0071, -0.0093);
-/// Light that comes from everywhere is looked at as if it varied by at least this share of the brightest, so that shadows
-/// show under an even sky too.
-const LEAST_RANGE: f32 = 0.3;
-/// The darkest band has at most this share of the brightest, so that bands are told apart in any room.
-const MOST_DARK: f32 = 0.45;
-/// Half an edge is at most this share of a band: software Vulkan has wrong derivatives of light where triangles meet.
-const SOFTEST_EDGE: f32 = 0.2;
-/// Highlights are no smaller than that of this perceptual roughness, 15° across on a ball.
-const LEAST_GLOSS_ROUGHNESS: f32 = 0.55;
-/// Perceptual roughness up to which highlights are opaque, and from which there are none.
-const GLOSSY_TO_MATTE: vec2f = vec2f(0.25, 0.75);
-/// Light that varies by this share of the brightest has a direction clear enough for a highlight.
-const CLEAR_RANGE: f32 = 0.2;
-/// Differences of light below this (frame buffer units) are none.
-const LEAST_LIGHT: f32 = 1e-6;
+/// Smallest range between dark and bright light, as a fraction of the brightest, so that shadows are visible under a
+/// uniform sky too.
+const MIN_RANGE: f32 = 0.3;
+/// Largest brightness of the dark color, as a fraction of the brightest light, so that bands stay distinguishable in
+/// any room.
+const MAX_DARK: f32 = 0.45;
+/// Largest half width of a band edge, as a fraction of a band: software Vulkan computes wrong derivatives of light
+/// where triangles meet.
+const MAX_EDGE_HALF_WIDTH: f32 = 0.2;
+/// Smallest perceptual roughness that sets the size of a highlight; at this value it is 15° across on a ball.
+const MIN_HIGHLIGHT_ROUGHNESS: f32 = 0.55;
+/// Perceptual roughness up to which highlights are opaque (x), and from which there are none (y).
+const HIGHLIGHT_ROUGHNESS: vec2f = vec2f(0.25, 0.75);
+/// Range of light, as a fraction of the brightest, from which on the highlight has its full strength: the direction
+/// of the light is well defined.
+const DIRECTIONAL_RANGE: f32 = 0.2;
+/// Smallest difference of light that counts, in frame buffer units; also keeps divisors above zero.
+const MIN_LIGHT: f32 = 1e-6;
 
 fn luminance(color: vec3f) -> f32 {
     return dot(color, vec3f(0.2126, 0.7152, 0.0722));
 }
 
-/// Light of all sources on a surface that faces a direction, as white paper would show it.
+/// Light of all sources reflected by white paper that faces a direction.
 fn light_at(paper: PbrInput, normal: vec3f) -> vec3f {
     var turned = paper;
     turned.N = normal;
@@ -52,8 +57,8 @@ fn light_at(paper: PbrInput, normal: vec3f) -> vec3f {
     return apply_pbr_lighting(turned).rgb;
 }
 
-/// Direction from which the light prevails. Whatever the lamps and the environment, irradiance at n minus irradiance at
-/// −n is n · (light vector), so three pairs give the vector exactly (Gershun 1936, *The Light Field*).
+/// Direction from which light prevails. For any lamps and environment, irradiance at n minus irradiance at −n equals
+/// n · (light vector), so three pairs give the vector exactly (Gershun 1936, *The Light Field*).
 fn prevailing_direction(paper: PbrInput, fallback: vec3f) -> vec3f {
     var light_vector = vec3f(0.0);
     for (var axis = 0u; axis < 3u; axis++) {
@@ -61,13 +66,13 @@ fn prevailing_direction(paper: PbrInput, fallback: vec3f) -> vec3f {
         light_vector[axis] = luminance(light_at(paper, dir)) - luminance(light_at(paper, -dir));
     }
     let strength = length(light_vector);
-    return select(fallback, light_vector / max(strength, LEAST_LIGHT), strength > LEAST_LIGHT);
+    return select(fallback, light_vector / max(strength, MIN_LIGHT), strength > MIN_LIGHT);
 }
 
-/// Band number, from 0, at a position 0…1 between dark and bright. Edges are one pixel wide.
+/// Band number, from 0, at a position 0…1 between dark and bright. Band edges are one pixel wide.
 fn band_at(position: f32) -> f32 {
     let scaled = position * toon.bands;
-    let half_width = clamp(0.5 * fwidth(scaled), LEAST_LIGHT, SOFTEST_EDGE);
+    let half_width = clamp(0.5 * fwidth(scaled), MIN_LIGHT, MAX_EDGE_HALF_WIDTH);
     var band = 0.0;
     for (var edge = 1.0; edge < toon.bands; edge += 1.0) {
         band += smoothstep(edge - half_width, edge + half_width, scaled);
@@ -75,20 +80,22 @@ fn band_at(position: f32) -> f32 {
     return band;
 }
 
-/// Share of light of a band. The highest has all, the lowest the middle of its range, so that no form sinks into black.
+/// Level of a band, 0…1. The highest band has level 1, the lowest the middle of its range, so that no shape becomes
+/// black.
 fn band_level(band: f32) -> f32 {
     return mix(0.5 / toon.bands, 1.0, band / (toon.bands - 1.0));
 }
 
-/// How much of a point is highlight: 1 around where a perfect mirror would show the prevailing light, with a hard edge.
+/// Opacity of the highlight: a disc with a hard edge around the point where a perfect mirror would show the
+/// prevailing light.
 fn highlight(surface: PbrInput, dir_bright: vec3f) -> f32 {
     let roughness = surface.material.perceptual_roughness;
-    let rough = max(roughness, LEAST_GLOSS_ROUGHNESS);
+    let rough = max(roughness, MIN_HIGHLIGHT_ROUGHNESS);
     let alpha = rough * rough;
-    let towards_light = max(dot(reflect(-surface.V, surface.N), dir_bright), LEAST_LIGHT);
+    let towards_light = max(dot(reflect(-surface.V, surface.N), dir_bright), MIN_LIGHT);
     let lobe = pow(towards_light, 2.0 / (alpha * alpha) - 2.0);
-    let half_width = clamp(0.5 * fwidth(lobe), LEAST_LIGHT, SOFTEST_EDGE);
-    let gloss = 1.0 - smoothstep(GLOSSY_TO_MATTE.x, GLOSSY_TO_MATTE.y, roughness);
+    let half_width = clamp(0.5 * fwidth(lobe), MIN_LIGHT, MAX_EDGE_HALF_WIDTH);
+    let gloss = 1.0 - smoothstep(HIGHLIGHT_ROUGHNESS.x, HIGHLIGHT_ROUGHNESS.y, roughness);
     return gloss * smoothstep(0.5 - half_width, 0.5 + half_width, lobe);
 }
 
@@ -114,13 +121,13 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let dir_bright = prevailing_direction(paper, pbr_input.N);
     let bright = light_at(paper, dir_bright);
     let opposite = light_at(paper, -dir_bright);
-    let most = luminance(bright);
-    let least = luminance(opposite);
-    let range = max(most - least, max(LEAST_RANGE * most, LEAST_LIGHT));
-    let band = band_at((arriving - most) / range + 1.0);
-    let dark = opposite * min(1.0, MOST_DARK * most / max(least, LEAST_LIGHT));
+    let brightest = luminance(bright);
+    let darkest = luminance(opposite);
+    let range = max(brightest - darkest, max(MIN_RANGE * brightest, MIN_LIGHT));
+    let band = band_at((arriving - brightest) / range + 1.0);
+    let dark = opposite * min(1.0, MAX_DARK * brightest / max(darkest, MIN_LIGHT));
     let matte = base_color.rgb * mix(dark, bright, band_level(band));
-    let has_direction = saturate((most - least) / max(CLEAR_RANGE * most, LEAST_LIGHT));
+    let has_direction = saturate((brightest - darkest) / max(DIRECTIONAL_RANGE * brightest, MIN_LIGHT));
     let gloss = highlight(pbr_input, dir_bright) * toon.highlight * has_direction * saturate(band);
 
     let glow = emissive.rgb * base_color.a * mix(1.0, view.exposure, emissive.a);

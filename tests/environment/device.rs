@@ -16,6 +16,7 @@ use bevy::{
     },
 };
 use bevy_mirrorball::{
+    headless,
     camera::FramePixels,
     debug::{MapView, ShownMap},
     materials::SoftPhantomEdges,

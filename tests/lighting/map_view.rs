@@ -48,8 +48,8 @@ fn each_map_is_shown_with_its_directions_in_place() {
     let cases = [
         (ShownMap::Measured, Some(1.0)),
         (ShownMap::Diffuse, Some(2.0 / 3.0)),
-        (ShownMap::Glossy(0), Some(1.0)),
-        (ShownMap::Glossy(roughest), None),
+        (ShownMap::Specular(0), Some(1.0)),
+        (ShownMap::Specular(roughest), None),
         (ShownMap::Confidence, None),
     ];
     for (map, slope) in cases {
@@ -69,8 +69,8 @@ fn each_map_is_shown_with_its_directions_in_place() {
         println!("{map:?} is off by up to {worst:.4}");
         assert!(worst < TOLERANCE, "{map:?}");
     }
-    let rough = picture(&mut app, ShownMap::Glossy(roughest), view);
+    let rough = picture(&mut app, ShownMap::Specular(roughest), view);
     let contrast = |shown: &[Vec3]| shown.iter().map(|texel| texel.y).fold(0.0, f32::max);
-    let sharp = contrast(&picture(&mut app, ShownMap::Glossy(0), view));
+    let sharp = contrast(&picture(&mut app, ShownMap::Specular(0), view));
     assert!(contrast(&rough) < sharp - 0.05 && contrast(&rough) > 0.45, "the roughest level is blurred");
 }

@@ -9,8 +9,8 @@ use bevy::{
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     debug::{
-        CAPTURE_RATE, Check, CheckLevel, Checklist, DECODE, DETECT, DROPPED, FeedDiagnosticsPlugin, LIGHTING_AGE,
-        MEASURE,
+        CAPTURE_RATE, Check, CheckLevel, Checklist, DECODE, DETECT, DROPPED, LIGHTING_AGE, MEASURE,
+        MirrorballDiagnosticsPlugin,
     },
     prelude::*,
     probe::ProbePlugin,
@@ -27,7 +27,7 @@ fn measuring() -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, AssetPlugin::default(), ImagePlugin::default(), TransformPlugin))
         .init_asset::<Shader>()
-        .add_plugins((CameraPlugin, TrackingPlugin, ProbePlugin, FeedDiagnosticsPlugin));
+        .add_plugins((CameraPlugin, TrackingPlugin, ProbePlugin, MirrorballDiagnosticsPlugin));
     app
 }
 

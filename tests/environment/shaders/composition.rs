@@ -69,7 +69,7 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let filtered = FILTERS.iter().flat_map(|filter| steps.map(|step| vec![*filter, step]));
             filtered.flat_map(|set| [set.clone(), [set.as_slice(), &[multisampled]].concat()]).collect()
         }
-        Some("soft_edges.wgsl") => vec![vec![], vec![&["MULTISAMPLED"] as &[&str]]],
+        Some("soft_edges_pass.wgsl") => vec![vec![], vec![&["MULTISAMPLED"] as &[&str]]],
         Some("downsample.wgsl") => vec![vec![], vec![&["COPIES"] as &[&str]]],
         // The rings of taps in prefilter/lobe.rs.
         Some("taps.wgsl") => {

@@ -1,4 +1,4 @@
-// The far side of a mesh blown up by a number of pixels, in one color. Skins and morphs as in bevy_pbr's mesh.wgsl.
+// Back faces of a mesh, enlarged by a number of pixels, in one color. Skins and morphs as in mesh.wgsl of bevy_pbr.
 
 #import bevy_pbr::{
     forward_io::{FragmentOutput, Vertex, VertexOutput},
@@ -12,20 +12,21 @@
     view_transformations::position_world_to_clip,
 }
 
-/// Mirror of `OutlineUniform` in outline.rs.
+/// Mirror of `OutlineUniform` in `outline_material.rs`.
 struct Outline {
-    /// Linear.
+    /// Linear RGB, alpha 1.
     color: vec4f,
-    /// Pixels.
+    /// Width in pixels.
     width: f32,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> outline: Outline;
 
-/// The hull stands this share of the distance behind the surface, so that thin two-sided things are not covered by it.
-const BEHIND: f32 = 1e-3;
-/// Normals shorter than this (pixels) point at the camera or away from it.
-const LEAST_LENGTH: f32 = 1e-6;
+/// Depth by which the hull lies behind the surface, as a fraction of the distance, so that it does not cover thin
+/// two-sided objects.
+const HULL_DEPTH_OFFSET: f32 = 1e-3;
+/// Smallest length of a projected normal, in pixels; shorter ones point at the camera or away from it.
+const MIN_NORMAL_LENGTH: f32 = 1e-6;
 
 #ifdef VERTEX_NORMALS
 fn normal_of(vertex: Vertex) -> vec3f {
@@ -75,12 +76,12 @@ fn vertex(in: Vertex) -> VertexOutput {
     let shape = in_world(in, morphed(in));
     let pos_clip = position_world_to_clip(shape[0]);
     let normal_clip = view.clip_from_world * vec4f(shape[1], 0.0);
-    // How the picture of the point moves when the point moves along the normal.
+    // Motion of the projected point when the point moves along the normal.
     let motion = (normal_clip.xy * pos_clip.w - pos_clip.xy * normal_clip.w) * view.viewport.zw;
-    let offset = motion / max(length(motion), LEAST_LENGTH) * outline.width * 2.0 / view.viewport.zw;
+    let offset = motion / max(length(motion), MIN_NORMAL_LENGTH) * outline.width * 2.0 / view.viewport.zw;
 
     var out: VertexOutput;
-    out.position = vec4f(pos_clip.xy + offset * pos_clip.w, pos_clip.z * (1.0 - BEHIND), pos_clip.w);
+    out.position = vec4f(pos_clip.xy + offset * pos_clip.w, pos_clip.z * (1.0 - HULL_DEPTH_OFFSET), pos_clip.w);
     out.world_position = vec4f(shape[0], 1.0);
     out.world_normal = shape[1];
     return out;

@@ -1,4 +1,5 @@
-//! Meshes for outlines: hard edges split the normals of a mesh, and a hull blown up along split normals tears there.
+//! Hulls of meshes for outlines. Hard edges split the normals of a mesh, and a hull enlarged along split normals
+//! tears there; so hulls have merged normals.
 
 use bevy::{
     mesh::{Indices, MeshVertexAttribute, PrimitiveTopology, VertexAttributeValues},
@@ -6,19 +7,20 @@ use bevy::{
     prelude::*,
 };
 
-/// Normals with at least this cosine between them are the same; 2.6°, invisible in an outline.
-const SAME_NORMAL: f32 = 0.999;
-/// Positions nearer to each other than this share of the mesh's size are the same, whatever the rounding along seams.
-const SAME_PLACE: f32 = 1e-5;
+/// Smallest cosine between normals that count as the same: 2.6°, invisible in an outline.
+const MIN_SAME_NORMAL_COSINE: f32 = 0.999;
+/// Grid on which positions count as the same, as a fraction of the mesh's size: larger than rounding errors along
+/// seams.
+const POSITION_TOLERANCE: f32 = 1e-5;
 
-/// The hull of each outlined mesh, where it differs from the mesh itself.
+/// Hull of each outlined mesh, or `None` where the mesh is its own hull.
 #[derive(Resource, Default)]
-pub(super) struct Hulls {
+pub(in crate::materials) struct Hulls {
     by_mesh: HashMap<AssetId<Mesh>, Option<Handle<Mesh>>>,
 }
 
 impl Hulls {
-    /// The mesh to draw around a mesh: the mesh itself where its normals will do or its data is on the GPU only.
+    /// Returns the hull of a mesh: the mesh itself if its normals need no merging or its data is on the GPU only.
     pub(super) fn around(&mut self, mesh: &Handle<Mesh>, meshes: &mut Assets<Mesh>) -> Handle<Mesh> {
         if !self.by_mesh.contains_key(&mesh.id()) {
             let Some(source) = meshes.get(mesh) else {
@@ -31,7 +33,11 @@ impl Hulls {
     }
 }
 
-pub(super) fn forget_changed_hulls(mut changes: MessageReader<AssetEvent<Mesh>>, mut hulls: ResMut<Hulls>) {
+/// Forgets the hulls of changed and removed meshes.
+pub(in crate::materials) fn forget_changed_hulls(
+    mut changes: MessageReader<AssetEvent<Mesh>>,
+    mut hulls: ResMut<Hulls>,
+) {
     for change in changes.read() {
         if let AssetEvent::Modified { id } | AssetEvent::Removed { id } = change {
             hulls.by_mesh.remove(id);
@@ -39,19 +45,20 @@ pub(super) fn forget_changed_hulls(mut changes: MessageReader<AssetEvent<Mesh>>,
     }
 }
 
-/// What lies at one place of a mesh.
+/// Merged data of all vertices at one position of a mesh.
 #[derive(Default)]
-struct Place {
-    /// Sum of the normals of the faces here, weighted by their angles.
+struct MergedVertex {
+    /// Sum of the normals of adjacent faces, weighted by their angles.
     across_faces: Vec3,
-    /// Normal of a vertex here.
+    /// Normal of the first vertex.
     normal: Option<Vec3>,
-    /// Whether the vertices here have different normals.
+    /// Whether the vertices have different normals.
     is_split: bool,
 }
 
-/// A copy in which all vertices at one place have one normal: where they differ, the mean of the faces there weighted by
-/// their angles. `None` if they differ nowhere, or nothing can be done.
+/// Returns a copy of a mesh in which all vertices at one position have the same normal: where normals differ, the
+/// mean of the adjacent faces' normals, weighted by their angles. Returns `None` if no normals differ or the mesh is
+/// not a triangle list with positions and normals on the CPU.
 fn with_merged_normals(mesh: &Mesh) -> Option<Mesh> {
     let positions = vectors(mesh, Mesh::ATTRIBUTE_POSITION)?;
     let normals = vectors(mesh, Mesh::ATTRIBUTE_NORMAL)?;
@@ -59,11 +66,11 @@ fn with_merged_normals(mesh: &Mesh) -> Option<Mesh> {
         return None;
     }
     let size = positions.iter().map(|position| position.abs().max_element()).fold(f32::MIN_POSITIVE, f32::max);
-    let key = |position: Vec3| (position / (SAME_PLACE * size)).round().as_ivec3();
-    let mut places: HashMap<IVec3, Place> = HashMap::default();
+    let key = |position: Vec3| (position / (POSITION_TOLERANCE * size)).round().as_ivec3();
+    let mut places: HashMap<IVec3, MergedVertex> = HashMap::default();
     for (position, normal) in positions.iter().zip(&normals) {
         let place = places.entry(key(*position)).or_default();
-        place.is_split |= normal.dot(*place.normal.get_or_insert(*normal)) < SAME_NORMAL;
+        place.is_split |= normal.dot(*place.normal.get_or_insert(*normal)) < MIN_SAME_NORMAL_COSINE;
     }
     if !places.values().any(|place| place.is_split) {
         return None;
@@ -84,7 +91,7 @@ fn with_merged_normals(mesh: &Mesh) -> Option<Mesh> {
         }
     }
     let merged = positions.iter().zip(normals).map(|(position, normal)| match places.get(&key(*position)) {
-        Some(Place { is_split: true, across_faces, .. }) => across_faces.normalize_or(normal).to_array(),
+        Some(MergedVertex { is_split: true, across_faces, .. }) => across_faces.normalize_or(normal).to_array(),
         _ => normal.to_array(),
     });
     let merged: Vec<[f32; 3]> = merged.collect();

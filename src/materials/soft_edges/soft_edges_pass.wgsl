@@ -1,17 +1,17 @@
-// Softens where a phantom is in front of something virtual: on both sides of such an edge a pixel gets as much of what is on the
-// other side as that takes up of a disc around it.
+// Soft edges where a phantom is in front of a virtual object. A pixel on either side of such an edge is blended with
+// the colors of the other side, weighted by the fraction of a disc around the pixel that the other side covers.
 
 #import bevy_render::view::View
 #import bevy_mirrorball::shadows::render::samples::{IS_VIRTUAL, first_sample, world_position}
 
-/// Mirror of `SoftEdgesUniform` in soft_edges.rs.
+/// Mirror of `SoftEdgesUniform` in `soft_edges_pipeline.rs`.
 struct SoftEdges {
-    /// Of the disc, in pixels.
+    /// Radius of the disc, in pixels.
     radius: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var picture: texture_2d<f32>;
+@group(0) @binding(1) var rendered: texture_2d<f32>;
 #ifdef MULTISAMPLED
 @group(0) @binding(2) var depths: texture_depth_multisampled_2d;
 @group(0) @binding(3) var normals: texture_multisampled_2d<f32>;
@@ -22,23 +22,24 @@ struct SoftEdges {
 @group(0) @binding(4) var<uniform> edges: SoftEdges;
 
 const SAMPLES: i32 = 32;
-/// Rows of the matrix that turns by the golden angle.
+/// Rows of the matrix that rotates by the golden angle.
 const GOLDEN_TURN: vec4f = vec4f(-0.737369, -0.675490, 0.675490, -0.737369);
-/// What is virtual is behind a phantom if it is this share of the distance to the camera behind its surface.
-const LEAST_STEP: f32 = 2e-3;
+/// Smallest depth of a virtual point behind the surface of a phantom that makes an edge, as a fraction of the
+/// distance to the camera.
+const MIN_DEPTH_STEP: f32 = 2e-3;
 
 #ifdef MULTISAMPLED
-/// Where in its pixel the prepass has seen a surface.
-fn seen_at() -> vec2f {
+/// Position within the pixel at which the prepass sampled the surface.
+fn sample_position() -> vec2f {
     return first_sample(textureNumSamples(depths));
 }
 #else
-fn seen_at() -> vec2f {
+fn sample_position() -> vec2f {
     return first_sample(1u);
 }
 #endif
 
-/// What the prepass has seen at a pixel.
+/// Surface in the prepass at a pixel.
 struct Surface {
     pos_world: vec3f,
     normal: vec3f,
@@ -51,23 +52,23 @@ fn surface_at(pixel: vec2i) -> Surface {
     let facing = textureLoad(normals, pixel, 0);
     let is_virtual = abs(facing.a - IS_VIRTUAL) < 0.1;
     return Surface(
-        world_position(view.world_from_clip, view.viewport, vec2f(pixel) + seen_at(), depth),
+        world_position(view.world_from_clip, view.viewport, vec2f(pixel) + sample_position(), depth),
         normalize(facing.xyz * 2.0 - 1.0), depth > 0.0 && is_virtual, depth > 0.0 && !is_virtual,
     );
 }
 
-/// Whether a phantom's surface is between the camera and something virtual, and not below or beside it.
+/// Whether the surface of a phantom is between the camera and a virtual point, and not below or beside it.
 fn is_before(phantom: Surface, behind: Surface) -> bool {
     let height = dot(behind.pos_world - phantom.pos_world, phantom.normal);
     return phantom.is_phantom && behind.is_virtual
-        && height < -LEAST_STEP * distance(view.world_position, phantom.pos_world);
+        && height < -MIN_DEPTH_STEP * distance(view.world_position, phantom.pos_world);
 }
 
 @fragment
 fn soften(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
-    let last = vec2i(textureDimensions(picture)) - 1;
-    let color = textureLoad(picture, pixel, 0);
+    let last = vec2i(textureDimensions(rendered)) - 1;
+    let color = textureLoad(rendered, pixel, 0);
     let here = surface_at(pixel);
     if !(here.is_virtual || here.is_phantom) {
         return color;
@@ -79,7 +80,7 @@ fn soften(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let neighbor = clamp(vec2i(floor(position.xy + offset)), vec2i(0), last);
         let there = surface_at(neighbor);
         if is_before(here, there) || is_before(there, here) {
-            other += vec4f(textureLoad(picture, neighbor, 0).rgb, 1.0);
+            other += vec4f(textureLoad(rendered, neighbor, 0).rgb, 1.0);
         }
         turned = vec2f(dot(turned, GOLDEN_TURN.xy), dot(turned, GOLDEN_TURN.zw));
     }

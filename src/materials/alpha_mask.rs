@@ -1,25 +1,25 @@
-//! Tells the shadow maps which surfaces are cut out by their textures.
+//! Alpha masks of meshes for the shadow maps, taken from their original materials.
 
-use super::{image_based::DomeShadowed, toon::ToonShaded, twin::Dressed};
+use super::{image_based::DomeShadowed, style::Styled, toon::ToonShaded};
 use crate::{phantom::StageRole, shadows::AlphaMask};
 use bevy::{mesh::UvChannel, prelude::*};
 
-type Dress = (
+type MaskedMesh = (
     Entity,
     Option<&'static MeshMaterial3d<StandardMaterial>>,
-    Option<&'static Dressed<DomeShadowed>>,
-    Option<&'static Dressed<ToonShaded>>,
+    Option<&'static Styled<DomeShadowed>>,
+    Option<&'static Styled<ToonShaded>>,
     Option<&'static AlphaMask>,
 );
-type NewDress =
-    Or<(Changed<MeshMaterial3d<StandardMaterial>>, Added<Dressed<DomeShadowed>>, Added<Dressed<ToonShaded>>)>;
+type NewMaterial =
+    Or<(Changed<MeshMaterial3d<StandardMaterial>>, Added<Styled<DomeShadowed>>, Added<Styled<ToonShaded>>)>;
 
-pub(super) fn mark_cutouts(
+pub(super) fn mark_alpha_masks(
     mut commands: Commands,
     mut changes: MessageReader<AssetEvent<StandardMaterial>>,
     materials: Res<Assets<StandardMaterial>>,
-    meshes: Query<Dress, With<StageRole>>,
-    fresh: Query<(), NewDress>,
+    meshes: Query<MaskedMesh, With<StageRole>>,
+    fresh: Query<(), NewMaterial>,
 ) {
     if changes.read().count() == 0 && fresh.is_empty() {
         return;
@@ -27,21 +27,21 @@ pub(super) fn mark_cutouts(
     for (mesh, plain, image_based, toon, marked) in &meshes {
         let original = plain
             .map(|material| &material.0)
-            .or(image_based.map(|dressed| &dressed.original))
-            .or(toon.map(|dressed| &dressed.original));
-        let wanted = original.and_then(|original| cutout(materials.get(original)?));
+            .or(image_based.map(|styled| &styled.original))
+            .or(toon.map(|styled| &styled.original));
+        let wanted = original.and_then(|original| alpha_mask(materials.get(original)?));
         if marked == wanted.as_ref() {
             continue;
         }
         match wanted {
-            Some(cutout) => commands.entity(mesh).insert(cutout),
+            Some(mask) => commands.entity(mesh).insert(mask),
             None => commands.entity(mesh).remove::<AlphaMask>(),
         };
     }
 }
 
-/// How a material cuts its surfaces out, if it does.
-fn cutout(material: &StandardMaterial) -> Option<AlphaMask> {
+/// Returns the alpha mask of a material, if it has one with a texture.
+fn alpha_mask(material: &StandardMaterial) -> Option<AlphaMask> {
     let AlphaMode::Mask(cutoff) = material.alpha_mode else {
         return None;
     };

@@ -1,15 +1,17 @@
-//! The choice of a look, per entity or per scene.
+//! Surface style of an entity or a scene.
 
 use bevy::prelude::*;
 
-/// How a mesh, or everything below a spawned scene's root, is shaded. The nearest ancestor's style counts; it may
-/// change at any time. Phantoms have no style.
+/// Shading style of a mesh, or of all meshes below the root of a spawned scene.
+///
+/// The style of the nearest ancestor applies, the entity itself included. Styles may change at any time. Phantoms
+/// ignore them.
 ///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_mirrorball::prelude::*;
 /// # fn setup(mut commands: Commands, assets: Res<AssetServer>) {
-/// // a whole scene as a cartoon, in three bands with an outline
+/// // a whole scene in toon style, with three bands and an outline
 /// let robot = assets.load(GltfAssetLabel::Scene(0).from_asset("robot.glb"));
 /// commands.spawn((WorldAssetRoot(robot), SurfaceStyle::Toon(default())));
 /// # }
@@ -18,16 +20,17 @@ use bevy::prelude::*;
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum SurfaceStyle {
-    /// Lit by the measured environment, with dome shadows on its diffuse light. What meshes without a style get.
+    /// Lit by the measured environment, with dome shadows on the image-based light. The style of meshes without a
+    /// style.
     #[default]
     ImageBased,
-    /// Flat bands of the room's light, and an outline.
+    /// Shaded in flat bands of the room's light, with an outline.
     Toon(ToonStyle),
-    /// Bevy's `StandardMaterial` untouched: lit by the environment, without dome shadows.
+    /// Drawn with the original `StandardMaterial`: lit by the environment, without dome shadows.
     Engine,
 }
 
-/// The details of [`SurfaceStyle::Toon`].
+/// Settings of [`SurfaceStyle::Toon`].
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -40,13 +43,13 @@ pub enum SurfaceStyle {
 pub struct ToonStyle {
     /// Number of brightness steps from the dark to the lit side, 2…5 (clamped). Defaults to 3.
     pub bands: u32,
-    /// Whether surfaces with a perceptual roughness below 0.75 have a hard-edged highlight where they would mirror the
+    /// Whether surfaces with a perceptual roughness below 0.75 show a hard-edged highlight where they would mirror the
     /// light. Defaults to `true`.
     pub highlight: bool,
-    /// Width of the outline in physical pixels of the camera's viewport, whatever the distance; 0…64 (clamped), 0 or not
-    /// a number is no outline. Defaults to 2.
+    /// Width of the outline in physical pixels of the camera's viewport, at any distance; 0…64 (clamped). Zero,
+    /// negative values and NaN mean no outline. Defaults to 2.
     pub outline_width: f32,
-    /// Color of the outline. It is not lit; an alpha below 1 has no effect. Defaults to black.
+    /// Color of the outline. It is unlit; alpha has no effect. Defaults to black.
     pub outline_color: Color,
 }
 
@@ -57,20 +60,20 @@ impl Default for ToonStyle {
 }
 
 impl ToonStyle {
-    /// Most brightness steps a style can have.
+    /// Largest number of bands.
     pub const MAX_BANDS: u32 = 5;
-    /// Fewest brightness steps a style can have.
+    /// Smallest number of bands.
     pub const MIN_BANDS: u32 = 2;
-    /// Widest outline in physical pixels.
+    /// Largest width of an outline, in physical pixels.
     pub const MAX_OUTLINE_WIDTH: f32 = 64.0;
 
-    /// The number of bands within its bounds.
-    pub(super) fn clamped_bands(&self) -> u32 {
+    /// Returns the number of bands, clamped to its bounds.
+    pub(in crate::materials) fn clamped_bands(&self) -> u32 {
         self.bands.clamp(Self::MIN_BANDS, Self::MAX_BANDS)
     }
 
-    /// The width within its bounds, if there is an outline.
-    pub(super) fn visible_outline_width(&self) -> Option<f32> {
+    /// Returns the width of the outline, clamped to its bounds, or `None` if there is no outline.
+    pub(in crate::materials) fn visible_outline_width(&self) -> Option<f32> {
         (self.outline_width > 0.0).then(|| self.outline_width.min(Self::MAX_OUTLINE_WIDTH))
     }
 }

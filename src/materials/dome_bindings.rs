@@ -1,0 +1,113 @@
+//! Bindings of the dome shadows, 100 to 104, shared by all materials that read them.
+
+use crate::shadows::{DomeShader, DomeTextures};
+use bevy::{
+    ecs::system::lifetimeless::SRes,
+    prelude::*,
+    render::{
+        render_asset::RenderAssets,
+        render_resource::{AsBindGroup, RenderPipelineDescriptor},
+        storage::{GpuShaderBuffer, ShaderBuffer},
+        texture::{FallbackImage, GpuImage},
+    },
+    shader::ShaderDefVal,
+};
+
+/// Bindings of [`DomeTextures`] in a material, as the shader library of `shadows` declares them.
+#[derive(AsBindGroup, Clone, Debug)]
+#[bind_group_data(DomeShader)]
+pub(super) struct DomeBindings {
+    #[texture(100, sample_type = "depth")]
+    #[sampler(101, sampler_type = "comparison")]
+    atlas: Handle<Image>,
+    #[storage(102, read_only)]
+    views: Handle<ShaderBuffer>,
+    #[storage(103, read_only)]
+    weights: Handle<ShaderBuffer>,
+    #[storage(104, read_only)]
+    visibility: Handle<ShaderBuffer>,
+    pub(super) shader: DomeShader,
+}
+
+impl From<&DomeTextures> for DomeBindings {
+    fn from(textures: &DomeTextures) -> Self {
+        Self {
+            atlas: textures.atlas.clone(),
+            views: textures.views.clone(),
+            weights: textures.weights.clone(),
+            visibility: textures.visibility.clone(),
+            shader: textures.shader,
+        }
+    }
+}
+
+impl From<&DomeBindings> for DomeShader {
+    fn from(bindings: &DomeBindings) -> Self {
+        bindings.shader
+    }
+}
+
+/// Adds shader definitions to the fragment stage of a pipeline, if it has one.
+pub(super) fn define_in_fragment(
+    descriptor: &mut RenderPipelineDescriptor,
+    definitions: impl IntoIterator<Item = ShaderDefVal>,
+) {
+    if let Some(fragment) = &mut descriptor.fragment {
+        fragment.shader_defs.extend(definitions);
+    }
+}
+
+/// System parameters of derived implementations of `AsBindGroup`.
+pub(super) type BindingAssets =
+    (SRes<RenderAssets<GpuImage>>, SRes<FallbackImage>, SRes<RenderAssets<GpuShaderBuffer>>);
+
+/// Implements `AsBindGroup` for a material by concatenating the bindings of its fields, which the derive macro does not
+/// support. The material converts into its bind group data with `From`. The bind group is never bindless.
+///
+/// List fields that hold only textures and buffers of assets first: a bind group whose assets are still loading then
+/// fails before it creates a uniform buffer.
+macro_rules! bind_fields {
+    ($material:ident, $data:ty, $($field:ident: $bindings:ty),+) => {
+        impl AsBindGroup for $material {
+            type Data = $data;
+            type Param = $crate::materials::dome_bindings::BindingAssets;
+
+            fn label() -> &'static str {
+                stringify!($material)
+            }
+
+            fn bind_group_data(&self) -> $data {
+                self.into()
+            }
+
+            fn unprepared_bind_group(
+                &self,
+                layout: &bevy::render::render_resource::BindGroupLayout,
+                device: &bevy::render::renderer::RenderDevice,
+                param: &mut bevy::ecs::system::SystemParamItem<'_, '_, Self::Param>,
+                force_no_bindless: bool,
+            ) -> Result<
+                bevy::render::render_resource::UnpreparedBindGroup,
+                bevy::render::render_resource::AsBindGroupError,
+            > {
+                let mut resources = Vec::new();
+                $(
+                    let part = self.$field.unprepared_bind_group(layout, device, param, force_no_bindless)?;
+                    resources.extend(part.bindings.0);
+                )+
+                let bindings = bevy::render::render_resource::BindingResources(resources);
+                Ok(bevy::render::render_resource::UnpreparedBindGroup { bindings })
+            }
+
+            fn bind_group_layout_entries(
+                device: &bevy::render::renderer::RenderDevice,
+                force_no_bindless: bool,
+            ) -> Vec<bevy::render::render_resource::BindGroupLayoutEntry> {
+                let mut entries = Vec::new();
+                $(entries.extend(<$bindings>::bind_group_layout_entries(device, force_no_bindless));)+
+                entries
+            }
+        }
+    };
+}
+pub(super) use bind_fields;

@@ -1,0 +1,107 @@
+//! Exchange of the `StandardMaterial`s of meshes for styled materials, and back.
+
+use super::{
+    SurfaceStyle,
+    styled_materials::{StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material},
+};
+use crate::{
+    phantom::{StageRole, nearest},
+    shadows::{DomeTextures, ShadowDomeLight},
+};
+use bevy::{ecs::system::SystemParam, platform::collections::HashSet, prelude::*};
+
+/// System parameter that looks up the style of a mesh.
+#[derive(SystemParam)]
+pub(in crate::materials) struct Styles<'w, 's> {
+    parents: Query<'w, 's, &'static ChildOf>,
+    styles: Query<'w, 's, &'static SurfaceStyle>,
+    domes: Query<'w, 's, (), With<ShadowDomeLight>>,
+}
+
+impl Styles<'_, '_> {
+    pub(in crate::materials) fn of(&self, mesh: Entity) -> SurfaceStyle {
+        nearest(mesh, &self.parents, &self.styles).copied().unwrap_or_default()
+    }
+
+    fn parameters<E: StyleExtension>(&self, mesh: Entity) -> Option<E::Parameters> {
+        E::parameters(&self.of(mesh), !self.domes.is_empty())
+    }
+}
+
+/// Copies changes of the originals and of the dome's textures into the styled materials.
+pub(in crate::materials) fn update_styled_materials<E: StyleExtension>(
+    mut changes: MessageReader<AssetEvent<StandardMaterial>>,
+    mut styled_materials: ResMut<StyledMaterials<E>>,
+    mut materials: ResMut<Assets<StyledMaterial<E>>>,
+    originals: Res<Assets<StandardMaterial>>,
+    textures: Res<DomeTextures>,
+) {
+    let textures_changed = styled_materials.made_with.replace(textures.identity()) != Some(textures.identity());
+    let modified = |event: &AssetEvent<StandardMaterial>| match event {
+        AssetEvent::Modified { id } => Some(*id),
+        _ => None,
+    };
+    let changed: HashSet<_> = changes.read().filter_map(modified).collect();
+    if textures_changed || !changed.is_empty() {
+        for ((id, parameters), material) in &styled_materials.by_key {
+            let Some(original) = originals.get(*id).filter(|_| textures_changed || changed.contains(id)) else {
+                continue;
+            };
+            if let Some(mut material) = materials.get_mut(*material) {
+                *material = styled_material(original, *parameters, &textures);
+            }
+        }
+    }
+    styled_materials.by_key.retain(|_, material| materials.contains(*material));
+}
+
+type StyledMesh<E> = (Entity, &'static Styled<E>);
+
+/// Restores the original materials of meshes whose style has changed.
+pub(in crate::materials) fn restore_originals<E: StyleExtension>(
+    mut commands: Commands,
+    meshes: Query<StyledMesh<E>, With<MeshMaterial3d<StyledMaterial<E>>>>,
+    styles: Styles,
+) {
+    for (mesh, styled) in &meshes {
+        if styles.parameters::<E>(mesh) != Some(styled.parameters) {
+            commands
+                .entity(mesh)
+                .remove::<(MeshMaterial3d<StyledMaterial<E>>, Styled<E>)>()
+                .insert(MeshMaterial3d(styled.original.clone()));
+        }
+    }
+}
+
+type PlainMesh = (Entity, &'static MeshMaterial3d<StandardMaterial>, &'static StageRole);
+
+/// Puts styled materials on virtual meshes whose style this extension draws.
+pub(in crate::materials) fn apply_styles<E: StyleExtension>(
+    mut commands: Commands,
+    mut styled_materials: ResMut<StyledMaterials<E>>,
+    mut materials: ResMut<Assets<StyledMaterial<E>>>,
+    originals: Res<Assets<StandardMaterial>>,
+    textures: Res<DomeTextures>,
+    meshes: Query<PlainMesh>,
+    styles: Styles,
+) {
+    for (mesh, material, role) in &meshes {
+        if *role != StageRole::Virtual {
+            continue;
+        }
+        let Some(parameters) = styles.parameters::<E>(mesh) else {
+            continue;
+        };
+        let Some(original) = originals.get(&material.0) else {
+            continue;
+        };
+        let key = (material.id(), parameters);
+        let existing = styled_materials.by_key.get(&key).and_then(|id| materials.get_strong_handle(*id));
+        let handle = existing.unwrap_or_else(|| materials.add(styled_material(original, parameters, &textures)));
+        styled_materials.by_key.insert(key, handle.id());
+        commands
+            .entity(mesh)
+            .remove::<MeshMaterial3d<StandardMaterial>>()
+            .insert((MeshMaterial3d(handle), Styled::<E> { original: material.0.clone(), parameters }));
+    }
+}

@@ -1,0 +1,12 @@
+//! Surface styles: the choice of the material that draws a mesh.
+//!
+//! **Enters:** [`SurfaceStyle`] on entities, and the `StandardMaterial`s of meshes. **Leaves:** a material that
+//! extends the original on each mesh whose style needs one, and [`Styled`], which keeps the original.
+
+mod exchange;
+mod styled_materials;
+mod surface_style;
+
+pub(super) use exchange::{Styles, apply_styles, restore_originals, update_styled_materials};
+pub(super) use styled_materials::{StyleExtension, Styled, StyledMaterials};
+pub use surface_style::{SurfaceStyle, ToonStyle};
