@@ -16,9 +16,9 @@ use bevy::{
     },
 };
 use bevy_mirrorball::{
-    headless,
     camera::FramePixels,
     debug::{MapView, ShownMap},
+    headless,
     materials::SoftPhantomEdges,
     prelude::*,
     probe::UniformSky,

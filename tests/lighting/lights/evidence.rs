@@ -8,7 +8,7 @@ use crate::{
 };
 use bevy::prelude::*;
 use bevy_mirrorball::{
-    lighting::{MirrorBall, RecoveredLight, SelfCheck},
+    lighting::{RecoveredLight, SelfCheck, solver::MirrorBall},
     prelude::*,
     probe::{ClipEvidence, ClipRecovery},
 };

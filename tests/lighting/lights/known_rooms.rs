@@ -7,7 +7,7 @@ use crate::{
     truth::{ROOMS, TrueSky, desk_picture},
 };
 use bevy::prelude::*;
-use bevy_mirrorball::lighting::{DeskPicture, SolverCache, solve_light};
+use bevy_mirrorball::lighting::solver::{DeskFrame, SolverCache, solve_light};
 use std::sync::Arc;
 
 /// Maximum relative error of irradiance at the marker, per channel, where the paper is not clipped.
@@ -66,7 +66,7 @@ fn energies_hardly_vary_with_the_noise_of_the_camera() {
         let mut cache = SolverCache::default();
         let keys: Vec<_> = (0..NOISE_SEEDS)
             .map(|seed| {
-                let picture = DeskPicture { frame: Arc::new(noisy(&picture.frame, seed)), ..picture.clone() };
+                let picture = DeskFrame { frame: Arc::new(noisy(&picture.frame, seed)), ..picture.clone() };
                 solve_light(&picture, &mut cache).expect("in view").lights()[0].irradiance.element_sum()
             })
             .collect();

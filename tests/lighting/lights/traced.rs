@@ -10,7 +10,10 @@ use bevy::prelude::*;
 use bevy_mirrorball::{
     camera::FramePixels,
     environment_map::{EquirectPixels, equirect_direction},
-    lighting::{DeskPicture, FoundLight, MirrorBall, SolverCache, match_cameras, solve_light},
+    lighting::{
+        match_cameras,
+        solver::{DeskFrame, DetectedLight, MirrorBall, SolverCache, solve_light},
+    },
     probe::BallSurface,
 };
 use std::sync::Arc;
@@ -63,7 +66,7 @@ fn the_strongest_lights_of_measured_maps_are_found_where_the_maps_have_them() {
         let mut cache = SolverCache::default();
         let (mut worst, mut energies) = (0.0_f32, Vec::new());
         for seed in 0..MAP_SEEDS {
-            let picture = DeskPicture { frame: Arc::new(noisy(&picture.frame, seed)), ..picture.clone() };
+            let picture = DeskFrame { frame: Arc::new(noisy(&picture.frame, seed)), ..picture.clone() };
             let solved = solve_light(&picture, &mut cache).expect("balls and paper are in view");
             let lights = solved.lights();
             let degrees = |light: &DetectedLight| light.direction.angle_between(truth).to_degrees();
