@@ -1,8 +1,8 @@
 //! A photograph of a mirrored ball, unwrapped on the CPU: for tools, and the shader's twin for tests.
 
 use super::{
-    BallView,
-    recovery::{EDGE_MARGIN_PIXELS, is_clipped},
+    ball_view::{BallView, EDGE_MARGIN_PIXELS},
+    clipping::is_clipped,
 };
 use crate::{
     camera::{FramePixels, Intrinsics},

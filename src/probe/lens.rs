@@ -1,64 +1,8 @@
 //! Pictures that show many directions at once, and which pixel shows which. WGSL twin: `unwrap/lens.wgsl`.
 
+use super::{fisheye_projection::FisheyeProjection, lens_error::LensError};
 use bevy::prelude::*;
 use std::f32::consts::{PI, TAU};
-
-/// How the distance from the middle of a fisheye picture grows with the angle θ from the optical axis.
-///
-/// Common "fisheye" lenses are equidistant or equisolid; see the lens's data sheet.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[reflect(Default, Debug, Clone, PartialEq, Hash)]
-pub enum FisheyeProjection {
-    /// θ. Up to 360°.
-    #[default]
-    Equidistant,
-    /// 2 sin(θ/2): equal solid angles are equal areas. Up to 360°.
-    Equisolid,
-    /// 2 tan(θ/2): circles stay circles. Below 360°.
-    Stereographic,
-    /// sin θ. Up to 180°.
-    Orthographic,
-}
-
-impl FisheyeProjection {
-    /// Widest field of view, in degrees.
-    pub fn widest_degrees(self) -> f32 {
-        match self {
-            Self::Equidistant | Self::Equisolid => 360.0,
-            Self::Stereographic => 350.0,
-            Self::Orthographic => 180.0,
-        }
-    }
-
-    /// Distance from the middle in focal lengths, of an angle from the axis in radians.
-    pub fn radius(self, angle: f32) -> f32 {
-        match self {
-            Self::Equidistant => angle,
-            Self::Equisolid => 2.0 * (0.5 * angle).sin(),
-            Self::Stereographic => 2.0 * (0.5 * angle).min(1.57).tan(),
-            Self::Orthographic => angle.min(0.5 * PI).sin(),
-        }
-    }
-
-    /// Angle from the axis in radians, of a distance from the middle in focal lengths; the inverse of [`radius`](Self::radius).
-    pub fn angle(self, radius: f32) -> f32 {
-        match self {
-            Self::Equidistant => radius,
-            Self::Equisolid => 2.0 * (0.5 * radius).clamp(-1.0, 1.0).asin(),
-            Self::Stereographic => 2.0 * (0.5 * radius).atan(),
-            Self::Orthographic => radius.clamp(-1.0, 1.0).asin(),
-        }
-    }
-
-    fn one_hot(self) -> Vec4 {
-        match self {
-            Self::Equidistant => Vec4::X,
-            Self::Equisolid => Vec4::Y,
-            Self::Stereographic => Vec4::Z,
-            Self::Orthographic => Vec4::W,
-        }
-    }
-}
 
 /// How a picture shows the directions around its camera, which looks along −Z with +Y up.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
@@ -106,39 +50,6 @@ impl ImageCircle {
     fn within(size: UVec2) -> Self {
         Self { center: 0.5 * size.as_vec2(), radius: 0.5 * size.min_element() as f32 }
     }
-}
-
-/// Why a lens cannot be.
-#[derive(thiserror::Error, Clone, Debug, PartialEq)]
-pub enum LensError {
-    /// The field of view.
-    #[error(
-        "ProbeLens::Fisheye.fov_degrees is {found}; a lens of this projection shows more than 0 and at most {widest} degrees"
-    )]
-    FieldOfView {
-        /// What was given, in degrees.
-        found: f32,
-        /// The widest possible, in degrees.
-        widest: f32,
-    },
-    /// The factor of a sphere map.
-    #[error(
-        "ProbeLens::SphereMap.wrap is {0}; it has to be finite and above 0, and is 1 for a ball that shows all directions"
-    )]
-    Wrap(f32),
-    /// The circle.
-    #[error(
-        "the circle of a ProbeLens has its center at {center} and a radius of {radius} pixels; both have to be finite, the radius above 0"
-    )]
-    Circle {
-        /// Its center in pixels.
-        center: Vec2,
-        /// Its radius in pixels.
-        radius: f32,
-    },
-    /// The camera's factor.
-    #[error("LightProbeCamera.gain is {0}; each channel has to be finite and above 0")]
-    Gain(Vec3),
 }
 
 impl ProbeLens {

@@ -1,9 +1,14 @@
 //! What one camera sees of the probes, once per new picture or pose.
 
 use super::{
-    BallView, ClipRecovery, Ellipse, LightProbeSphere, UniformSky,
-    glance::Glance,
-    recovery::{self, PaperAndBall},
+    ball_view::{BallView, EDGE_MARGIN_PIXELS},
+    clip_recovery::{ClipRecovery, PaperAndBall},
+    clipping::is_clipped,
+    ellipse::Ellipse,
+    history::HistoryHint,
+    light_probe_sphere::{LightProbeSphere, UniformSky},
+    paper::paper_radiance,
+    probe_measurement::{ProbeMeasurement, ProbeView},
     solids::{Surroundings, solids_of},
 };
 use crate::{
@@ -12,54 +17,7 @@ use crate::{
     tracking::{MarkerAnchor, MarkerTracking},
 };
 use bevy::{camera::primitives::Aabb, math::Affine3A, prelude::*};
-use std::{
-    sync::Arc,
-    time::{Duration, Instant},
-};
-
-/// What was seen of a probe in the newest picture; on the entity of its [`LightProbeSphere`].
-#[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
-#[reflect(Component, Default, Debug, Clone, PartialEq)]
-pub struct ProbeMeasurement {
-    /// Sequence number of the picture it was measured in; 0 while there has been none.
-    pub sequence: u64,
-    /// Whether the ball is in view: in front of the camera with at least a third of its outline's box inside the picture.
-    /// Otherwise the last good environment stays.
-    pub is_in_view: bool,
-    /// Share of all directions that the ball shows now, 0…1: about 0.9 for a ball in full view, less where a phantom or the picture's
-    /// border covers it. The others keep what was seen lately, or are guessed; the alpha of the
-    /// [`EnvironmentCube`](super::EnvironmentCube) says which.
-    pub seen_share: f32,
-    /// Outline of the ball in the picture.
-    pub outline: Ellipse,
-    /// Share of the ball's pixels of which at least one channel is clipped, 0…1.
-    pub clipped_share: f32,
-    /// Gain of clipped light straight above the marker's paper, per channel; 1 without recovery. From a direction at an angle to
-    /// the paper's normal the factor is 1 + (gain − 1) · cosine. Where the desk tells more,
-    /// [`RecoveredLight`](crate::lighting::RecoveredLight) holds instead.
-    pub gain: Vec3,
-    /// Radiance of the marker's paper in linear camera units, if a marker was seen.
-    pub paper: Option<Vec3>,
-    /// Time the measurement took on the CPU.
-    pub cpu_time: Duration,
-    pub(crate) view: Option<ProbeView>,
-}
-
-/// Everything the unwrap pass has to know; compared to see whether it has to run again.
-#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ProbeView {
-    pub camera: Entity,
-    pub camera_from_world: Mat3,
-    pub center_camera: Vec3,
-    pub radius: f32,
-    pub reflectance: f32,
-    pub edge_angle: f32,
-    pub focal: Vec2,
-    pub center: Vec2,
-    pub gain: Vec3,
-    pub up_camera: Vec3,
-    pub uniform_radiance: Option<Vec3>,
-}
+use std::{sync::Arc, time::Instant};
 
 /// Least share of the box around the ball's outline that has to be inside the picture.
 const LEAST_VISIBLE_SHARE: f32 = 0.33;
@@ -74,7 +32,7 @@ type ProbeItem = (
     &'static GlobalTransform,
     Option<Ref<'static, UniformSky>>,
     &'static mut ProbeMeasurement,
-    &'static mut Glance,
+    &'static mut HistoryHint,
 );
 
 pub(super) fn measure_probes(
@@ -94,7 +52,7 @@ pub(super) fn measure_probes(
     });
     let marker_changed = anchors.iter().any(|(anchor, tracking)| anchor.is_changed() || tracking.is_changed());
     let solids = solids_of(phantoms.iter());
-    for (probe, clip_recovery, transform, uniform_sky, mut measurement, mut glance) in &mut probes {
+    for (probe, clip_recovery, transform, uniform_sky, mut measurement, mut hint) in &mut probes {
         let center = transform.translation();
         let center_camera = camera_from_world.transform_point3(center);
         let surroundings = Surroundings::new(&solids, &camera_from_world, center, probe.radius);
@@ -102,7 +60,7 @@ pub(super) fn measure_probes(
         let unchanged = measurement.sequence == frame.sequence
             && measurement.is_in_view
             && !marker_changed
-            && surroundings == *glance.surroundings
+            && surroundings == *hint.surroundings
             && !probe.is_changed()
             && !clip_recovery.is_changed()
             && !uniform_sky.as_ref().is_some_and(|sky| sky.is_changed())
@@ -125,8 +83,8 @@ pub(super) fn measure_probes(
         if let (true, Some(view), Some(ball)) =
             (measured.is_in_view, &measured.view, BallView::new(center_camera, probe.radius))
         {
-            *glance = glance.take(&posed, frame.captured, &ball, view.edge_angle, &Arc::new(surroundings));
-            measured.seen_share = glance.seen_share;
+            *hint = hint.take(&posed, frame.captured, &ball, view.edge_angle, &Arc::new(surroundings));
+            measured.seen_share = hint.seen_share;
         }
         let measured = ProbeMeasurement {
             sequence: frame.sequence,
@@ -170,8 +128,7 @@ impl Observer<'_> {
         }
         let reflectance = probe.reflectance.clamp(0.01, 1.0);
         measured.clipped_share = clipped_share(frame, &measured.outline);
-        measured.paper =
-            self.seen_marker.and_then(|(pose, size)| recovery::paper_radiance(frame, &intrinsics, &pose, size));
+        measured.paper = self.seen_marker.and_then(|(pose, size)| paper_radiance(frame, &intrinsics, &pose, size));
         let up_camera = self.seen_marker.map(|(pose, _)| pose.transform_vector3(Vec3::Y).normalize());
         if let (true, Some(paper), Some(up_camera)) = (clip_recovery.is_enabled, measured.paper, up_camera) {
             let view = PaperAndBall { posed: self.posed, ball: &ball, reflectance, normal_camera: up_camera };
@@ -185,7 +142,7 @@ impl Observer<'_> {
             center_camera,
             radius: probe.radius,
             reflectance,
-            edge_angle: ball.edge_angle(&intrinsics, recovery::EDGE_MARGIN_PIXELS),
+            edge_angle: ball.edge_angle(&intrinsics, EDGE_MARGIN_PIXELS),
             focal: intrinsics.focal,
             center: intrinsics.center,
             gain: measured.gain,
@@ -213,7 +170,7 @@ fn clipped_share(frame: &FramePixels, outline: &Ellipse) -> f32 {
         for x in low.x..=high.x {
             if outline.contains(Vec2::new(x as f32 + 0.5, y as f32 + 0.5)) {
                 all += 1;
-                clipped += u32::from(recovery::is_clipped(frame, x, y));
+                clipped += u32::from(is_clipped(frame, x, y));
             }
         }
     }

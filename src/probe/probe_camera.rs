@@ -1,8 +1,8 @@
 //! Cameras whose own picture is the light: fisheyes that look up, 360° cameras, pictures of balls that others took.
 
 use super::{
-    ProbeLens,
-    lens::{LensError, LensNumbers},
+    lens::{LensNumbers, ProbeLens},
+    lens_error::LensError,
 };
 use crate::camera::CameraFrame;
 use bevy::prelude::*;

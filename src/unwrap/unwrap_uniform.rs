@@ -3,7 +3,7 @@
 use crate::probe::{LensNumbers, MOST_SATURATION, ProbeView, WHITE_FROM, clipped_from_linear};
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
-/// Mirror of `Ball` in `mirror_ball.wgsl`.
+/// Mirror of `Ball` in `ball_view.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
 struct BallUniform {
     center_camera: Vec3,

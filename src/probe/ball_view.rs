@@ -7,8 +7,9 @@
 //! it shows φ = π − asin(r/D), and the cone behind it is hidden by the ball itself. For D → ∞ this becomes the half-vector
 //! formula of sphere mapping, θ = φ/2 (rows A4, A5 of the sources), which is wrong by up to several degrees on a desk.
 //!
-//! WGSL twin: `mirror_ball.wgsl`.
+//! WGSL twin: `ball_view.wgsl`.
 
+use super::ellipse::Ellipse;
 use crate::camera::Intrinsics;
 use bevy::{
     math::{DMat3, DVec2, DVec3},
@@ -17,6 +18,9 @@ use bevy::{
 
 /// Newton steps; the error falls below 1e-6 rad after four for every ball farther than 1.5 radii.
 const NEWTON_STEPS: u32 = 6;
+
+/// The picture of the ball ends this many pixels inside its silhouette, where pixels begin to mix with the background.
+pub(crate) const EDGE_MARGIN_PIXELS: f32 = 1.5;
 
 /// A mirrored ball as one camera sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,34 +134,6 @@ impl BallView {
             semi_axes: Vec2::new((level / (mean - spread)).sqrt() as f32, (level / (mean + spread)).sqrt() as f32),
             angle: (0.5 * f64::atan2(-2.0 * b, d - a)) as f32,
         }
-    }
-}
-
-/// An ellipse in the picture.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
-#[reflect(Default, Debug, Clone, PartialEq)]
-pub struct Ellipse {
-    /// Center in pixels.
-    pub center: Vec2,
-    /// Half lengths of the longer and the shorter axis in pixels.
-    pub semi_axes: Vec2,
-    /// Angle of the longer axis against +u, in radians, positive towards +v (clockwise on the screen).
-    pub angle: f32,
-}
-
-impl Ellipse {
-    /// Half width and half height of the upright box around the ellipse, in pixels.
-    pub fn half_extent(&self) -> Vec2 {
-        let (sin, cos) = self.angle.sin_cos();
-        let long = self.semi_axes.x * Vec2::new(cos, sin);
-        let short = self.semi_axes.y * Vec2::new(-sin, cos);
-        (long * long + short * short).map(f32::sqrt)
-    }
-
-    /// Whether a pixel position lies inside.
-    pub fn contains(&self, pixel: Vec2) -> bool {
-        let local = Vec2::from_angle(-self.angle).rotate(pixel - self.center);
-        (local / self.semi_axes).length_squared() <= 1.0
     }
 }
 

@@ -1,6 +1,6 @@
-// Which point of a mirrored ball shows which direction. Twin of mirror_ball.rs, where the derivation is.
+// Which point of a mirrored ball shows which direction. Twin of ball_view.rs, where the derivation is.
 
-#define_import_path bevy_mirrorball::probe::mirror_ball
+#define_import_path bevy_mirrorball::probe::ball_view
 
 #import bevy_mirrorball::trigonometry::{angle_of, unit_vector}
 

@@ -1,9 +1,11 @@
 //! How much brighter than white the clipped pixels of a ball are, from the brightness of the marker's paper.
 
-use super::BallView;
-use crate::camera::{FramePixels, Intrinsics, PosedFrame, srgb_to_linear};
-use crate::environment_map::cube_directions;
-use bevy::{math::Affine3A, prelude::*};
+use super::{
+    ball_view::{BallView, EDGE_MARGIN_PIXELS},
+    clipping::gain_limits,
+};
+use crate::{camera::PosedFrame, environment_map::cube_directions};
+use bevy::prelude::*;
 use std::f32::consts::PI;
 
 /// Recovery of light the camera clipped; on the entity of a [`LightProbeSphere`](super::LightProbeSphere).
@@ -39,18 +41,6 @@ impl Default for ClipRecovery {
     }
 }
 
-/// sRGB bytes from here on count as clipped; one step of noise below white still does.
-pub(super) const CLIPPED_FROM: u8 = 254;
-/// A clipped channel is taken for at most this many times the brightest channel of the pixel that is not clipped: lamps and
-/// skies are not more saturated, and a pixel that clips in one channel only is no lamp.
-pub(crate) const MOST_SATURATION: f32 = 4.0;
-/// A pixel with a clipped channel and at least this luminance is clipped in all channels: webcams compress color more than
-/// brightness, and the edge of a white lamp comes out tinted.
-pub(crate) const WHITE_FROM: f32 = 0.94;
-/// Weights of linear red, green and blue in luminance (ITU-R BT.709).
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
-/// The picture of the ball ends this many pixels inside its silhouette, where pixels begin to mix with the background.
-pub(crate) const EDGE_MARGIN_PIXELS: f32 = 1.5;
 /// Directions are looked up on a cube with this many cells along an edge (1.4° each, as fine as a ball 80 pixels wide).
 const CUBE_EDGE: u32 = 64;
 
@@ -144,72 +134,11 @@ impl PaperAndBall<'_> {
     }
 }
 
-/// For each clipped channel of a pixel, the largest gain it may get. Twin of `recovered` in `frame_sampling.wgsl`.
-pub(crate) fn gain_limits(linear: Vec3) -> [Option<f32>; 3] {
-    let channels = linear.to_array();
-    if linear.max_element() < clipped_from_linear() {
-        return [None; 3];
-    }
-    if linear.dot(LUMINANCE) >= WHITE_FROM {
-        return [Some(f32::INFINITY); 3];
-    }
-    let unclipped = channels.into_iter().filter(|&value| value < clipped_from_linear());
-    let most = MOST_SATURATION * unclipped.fold(0.0, f32::max);
-    channels.map(|value| (value >= clipped_from_linear()).then(|| (most / value).max(1.0)))
-}
-
-/// Linear values from here on are clipped: halfway below the first clipped code, so that rounding cannot miss it.
-pub(crate) fn clipped_from_linear() -> f32 {
-    0.5 * (srgb_to_linear(CLIPPED_FROM - 1) + srgb_to_linear(CLIPPED_FROM))
-}
-
-/// Whether the camera could not tell how bright a pixel is.
-pub(super) fn is_clipped(frame: &FramePixels, x: i32, y: i32) -> bool {
-    frame.rgb8(x, y).into_iter().any(|value| value >= CLIPPED_FROM)
-}
-
-/// Radiance of a marker's white paper, in linear camera units: the median over the white margin around the black square.
-///
-/// `size` is the side of the black square, eight cells wide; the margin of one cell around it belongs to every tag36h11
-/// marker. `None` if most of the margin is outside the picture.
-pub(super) fn paper_radiance(
-    frame: &FramePixels,
-    intrinsics: &Intrinsics,
-    camera_from_marker: &Affine3A,
-    size: f32,
-) -> Option<Vec3> {
-    const STEPS: i32 = 36;
-    let middle_of_margin = size * 4.5 / 8.0;
-    let mut samples = Vec::with_capacity(4 * STEPS as usize);
-    for step in 0..STEPS {
-        let along = (2.0 * step as f32 / STEPS as f32 - 1.0) * middle_of_margin;
-        let edges = [
-            (along, middle_of_margin),
-            (along, -middle_of_margin),
-            (middle_of_margin, along),
-            (-middle_of_margin, along),
-        ];
-        for (x, z) in edges {
-            let pixel = intrinsics.project(camera_from_marker.transform_point3(Vec3::new(x, 0.0, z)));
-            samples.extend(
-                pixel
-                    .filter(|p| p.cmpge(Vec2::ZERO).all() && p.cmplt(frame.size.as_vec2()).all())
-                    .map(|p| frame.linear(p.x as i32, p.y as i32)),
-            );
-        }
-    }
-    (samples.len() > 2 * STEPS as usize).then(|| {
-        let mut median = |channel: usize| {
-            samples.sort_by(|a, b| a[channel].total_cmp(&b[channel]));
-            samples[samples.len() / 2][channel]
-        };
-        Vec3::new(median(0), median(1), median(2))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::{FramePixels, Intrinsics, srgb_to_linear};
+    use bevy::math::Affine3A;
 
     #[test]
     fn the_gain_explains_the_paper() {
@@ -222,19 +151,6 @@ mod tests {
         // Up to gain 2 both parts grow (to 0.2 + 0.4), from there only the lamp.
         let wall_and_lamp = Irradiance { as_seen: 0.4, clipped: vec![(2.0, 0.1), (f32::INFINITY, 0.1)] };
         assert!((wall_and_lamp.gain_for(0.8, 1000.0) - 4.0).abs() < 1e-5);
-    }
-
-    #[test]
-    fn a_pixel_clipped_in_one_channel_stays_near_the_others() {
-        let orange = Vec3::new(1.0, 0.5, 0.1);
-        assert_eq!(gain_limits(orange), [Some(MOST_SATURATION * 0.5), None, None]);
-        assert_eq!(gain_limits(Vec3::new(0.9, 0.95, 0.98)), [None; 3]);
-    }
-
-    #[test]
-    fn the_tinted_rim_of_a_white_lamp_is_clipped_in_all_channels() {
-        let rim = Vec3::new(srgb_to_linear(255), srgb_to_linear(250), srgb_to_linear(219));
-        assert_eq!(gain_limits(rim), [Some(f32::INFINITY); 3]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A coarse look at the ball on the CPU: how much of the surroundings it shows now, and how they have changed.
 
-use super::{BallView, solids::Surroundings};
+use super::{ball_view::BallView, solids::Surroundings};
 use crate::{camera::PosedFrame, environment_map::cube_directions};
 use bevy::prelude::*;
 use std::{f32::consts::PI, sync::Arc, time::Duration};
@@ -18,7 +18,7 @@ const MOST_SCALE: f32 = 2.0;
 
 /// What was glanced at in the newest picture, on the entity of a probe.
 #[derive(Component, Clone, Debug, Default)]
-pub(crate) struct Glance {
+pub(crate) struct HistoryHint {
     /// Radiance in camera units (times the reflectance), and whether it is seen, for each direction.
     cells: Vec<(Vec3, f32)>,
     /// Time of the picture.
@@ -33,7 +33,7 @@ pub(crate) struct Glance {
     pub surroundings: Arc<Surroundings>,
 }
 
-impl Glance {
+impl HistoryHint {
     pub(super) fn take(
         &self,
         posed: &PosedFrame,
