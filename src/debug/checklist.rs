@@ -121,7 +121,7 @@ impl Checklist<'_, '_> {
             None => check(CheckLevel::Warning, "ball", "there is no LightProbeSphere".to_owned()),
         });
         if let Some(probe) = probe.filter(|probe| probe.is_in_view) {
-            let (level, advice) = if probe.clipped_share > TOO_MUCH_CLIPPED {
+            let (level, advice) = if probe.clipped_fraction > TOO_MUCH_CLIPPED {
                 (CheckLevel::Warning, "; lower the camera's exposure")
             } else {
                 (CheckLevel::Good, "")
@@ -129,7 +129,7 @@ impl Checklist<'_, '_> {
             checks.push(check(
                 level,
                 "exposure",
-                format!("{:.0} % of the ball clipped{advice}", 100.0 * probe.clipped_share),
+                format!("{:.0} % of the ball clipped{advice}", 100.0 * probe.clipped_fraction),
             ));
         }
         if self.domes.is_empty() {

@@ -1,12 +1,17 @@
 //! Which fallback lights a camera's scene: it is chosen, loaded or fitted, and faded out.
 
 use super::{
-    EnvironmentCube, EnvironmentFallback, EnvironmentOrigin, LightProbeSphere, ProbeMeasurement, SkyGradient,
-    clip_recovery::ClipRecovery, fallback::FallbackPicture, paper::paper_radiance, probe_camera::LensView,
+    clip_recovery::ClipRecovery,
+    fallback::{EnvironmentFallback, EnvironmentOrigin, FallbackImage},
+    light_probe_sphere::LightProbeSphere,
+    paper::paper_radiance,
+    probe_camera::LensView,
+    probe_measurement::ProbeMeasurement,
+    sky_gradient::SkyGradient,
 };
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
-    environment_map::{EnvironmentFileError, EquirectPixels, equirect_direction},
+    environment_map::{EnvironmentCube, EnvironmentFileError, EquirectPixels, equirect_direction},
     tracking::{MarkerAnchor, MarkerTracking},
 };
 use bevy::{
@@ -26,7 +31,7 @@ pub(super) struct FallbackFile(Task<Option<(EnvironmentOrigin, EquirectPixels)>>
 
 fn open_files(saved: Option<PathBuf>, file: Option<PathBuf>) -> Option<(EnvironmentOrigin, EquirectPixels)> {
     let open = |path: PathBuf, origin| match EquirectPixels::open(&path) {
-        Ok(picture) => Some((origin, picture)),
+        Ok(pixels) => Some((origin, pixels)),
         Err(EnvironmentFileError::Read { .. }) if origin == EnvironmentOrigin::Saved && !path.exists() => None,
         Err(error) => {
             warn!("EnvironmentFallback: {error}; the next choice is taken");
@@ -38,9 +43,9 @@ fn open_files(saved: Option<PathBuf>, file: Option<PathBuf>) -> Option<(Environm
 }
 
 fn texture(size: UVec2, texels: impl Iterator<Item = Vec3>) -> Image {
-    let most = Vec3::splat(half::f16::MAX.to_f32());
+    let max = Vec3::splat(half::f16::MAX.to_f32());
     let bytes = texels
-        .flat_map(|texel| texel.clamp(Vec3::ZERO, most).extend(1.0).to_array())
+        .flat_map(|texel| texel.clamp(Vec3::ZERO, max).extend(1.0).to_array())
         .flat_map(|value| half::f16::from_f32(value).to_le_bytes());
     let extent = Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
     let format = TextureFormat::Rgba16Float;
@@ -63,7 +68,7 @@ type FallbackCamera = (
     Option<&'static CameraFeed>,
     &'static GlobalTransform,
     &'static mut EnvironmentOrigin,
-    Option<&'static mut FallbackPicture>,
+    Option<&'static mut FallbackImage>,
     Option<&'static mut FallbackFile>,
 );
 type SeenProbes<'w, 's> = Query<'w, 's, &'static ProbeMeasurement, (With<LightProbeSphere>, With<EnvironmentCube>)>;
@@ -78,19 +83,19 @@ pub(super) fn choose_fallbacks(
     time: Res<Time<Real>>,
 ) {
     let is_measured = !lenses.is_empty() || probes.iter().any(|measurement| measurement.view.is_some());
-    for (entity, fallback, camera, frame, feed, place, mut origin, picture, file) in &mut cameras {
+    for (entity, fallback, camera, frame, feed, place, mut origin, image, file) in &mut cameras {
         let is_lockstep = feed.is_some_and(|feed| feed.pace() == FeedPace::Lockstep);
         // What was measured stays when its ball is gone.
         if is_measured || *origin == EnvironmentOrigin::Measured {
             origin.set_if_neq(EnvironmentOrigin::Measured);
-            let Some(mut picture) = picture else { continue };
-            if picture.share >= 1.0 {
-                commands.entity(entity).remove::<FallbackPicture>();
+            let Some(mut image) = image else { continue };
+            if image.measured_fraction >= 1.0 {
+                commands.entity(entity).remove::<FallbackImage>();
                 continue;
             }
-            let since = *picture.measured_since.get_or_insert(time.elapsed());
+            let since = *image.measured_since.get_or_insert(time.elapsed());
             let gone = (time.elapsed() - since).as_secs_f32() / fallback.fade.as_secs_f32().max(1e-3);
-            picture.share = if is_lockstep { 1.0 } else { gone.min(1.0) };
+            image.measured_fraction = if is_lockstep { 1.0 } else { gone.min(1.0) };
             continue;
         }
         let is_asked = fallback.saved.is_some() || fallback.file.is_some();
@@ -100,14 +105,14 @@ pub(super) fn choose_fallbacks(
             if !is_lockstep {
                 commands.entity(entity).insert(FallbackFile(task));
             } else if let Some(found) = block_on(task) {
-                take_file(&mut commands, &mut images, entity, &mut origin, picture.as_deref(), found);
+                take_file(&mut commands, &mut images, entity, &mut origin, image.as_deref(), found);
                 continue;
             }
         }
         if let Some(answer) = file.and_then(|mut file| check_ready(&mut file.0)) {
             commands.entity(entity).remove::<FallbackFile>();
             if let Some(found) = answer {
-                take_file(&mut commands, &mut images, entity, &mut origin, picture.as_deref(), found);
+                take_file(&mut commands, &mut images, entity, &mut origin, image.as_deref(), found);
                 continue;
             }
         }
@@ -117,16 +122,16 @@ pub(super) fn choose_fallbacks(
         let fitted = frame.and_then(|frame| fit_sky(camera, frame, place, &anchors));
         origin.set_if_neq(if fitted.is_some() { EnvironmentOrigin::FittedSky } else { EnvironmentOrigin::Unknown });
         let sky = fitted.unwrap_or(SkyGradient::UNKNOWN);
-        match picture {
-            Some(picture) if picture.gradient.is_some_and(|old| old.is_like(&sky)) => (),
-            Some(mut picture) => {
-                picture.image = images.add(gradient_texture(&sky));
-                picture.version += 1;
-                picture.gradient = Some(sky);
+        match image {
+            Some(image) if image.gradient.is_some_and(|old| old.is_like(&sky)) => (),
+            Some(mut image) => {
+                image.image = images.add(gradient_texture(&sky));
+                image.version += 1;
+                image.gradient = Some(sky);
             }
             None => {
                 let image = images.add(gradient_texture(&sky));
-                commands.entity(entity).insert(FallbackPicture::new(image, GRADIENT_SIZE, 0, Some(sky)));
+                commands.entity(entity).insert(FallbackImage::new(image, GRADIENT_SIZE, 0, Some(sky)));
             }
         }
     }
@@ -137,12 +142,12 @@ fn take_file(
     images: &mut Assets<Image>,
     entity: Entity,
     origin: &mut Mut<EnvironmentOrigin>,
-    old: Option<&FallbackPicture>,
+    old: Option<&FallbackImage>,
     (from, pixels): (EnvironmentOrigin, EquirectPixels),
 ) {
     let image = images.add(texture(pixels.size, pixels.texels.iter().copied()));
     let version = old.map_or(0, |old| old.version + 1);
-    commands.entity(entity).insert(FallbackPicture::new(image, pixels.size, version, None));
+    commands.entity(entity).insert(FallbackImage::new(image, pixels.size, version, None));
     origin.set_if_neq(from);
 }
 

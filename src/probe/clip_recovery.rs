@@ -57,13 +57,13 @@ impl Irradiance {
     /// The gain at which the irradiance is what is wanted; at least 1.
     ///
     /// The irradiance grows with the gain piecewise linearly, ever more slowly; the pieces are walked until it is reached.
-    fn gain_for(&self, wanted: f32, most: f32) -> f32 {
+    fn gain_for(&self, wanted: f32, max_gain: f32) -> f32 {
         let first_slope: f32 = self.clipped.iter().map(|(_, part)| part).sum();
         let mut slope = first_slope;
         let mut reached = self.as_seen;
         let mut gain = 1.0;
         for &(limit, part) in &self.clipped {
-            if reached >= wanted || limit >= most {
+            if reached >= wanted || limit >= max_gain {
                 break;
             }
             let at_limit = reached + slope * (limit - gain);
@@ -76,7 +76,7 @@ impl Irradiance {
             return gain;
         }
         // What is left of the slope after subtractions may be rounding error; then no gain would be enough.
-        if slope > 1e-5 * first_slope { (gain + (wanted - reached) / slope).min(most) } else { gain }
+        if slope > 1e-5 * first_slope { (gain + (wanted - reached) / slope).min(max_gain) } else { gain }
     }
 }
 
@@ -120,10 +120,10 @@ impl PaperAndBall<'_> {
     }
 
     fn add_bilinear(&self, channels: &mut [Irradiance; 3], pixel: Vec2, weight: f32, cosine: f32) {
-        for (share, value) in self.posed.bilinear(pixel) {
+        for (pixel_weight, value) in self.posed.bilinear(pixel) {
             let limits = gain_limits(value);
             for (c, channel) in channels.iter_mut().enumerate() {
-                let part = weight * share * value[c];
+                let part = weight * pixel_weight * value[c];
                 channel.as_seen += part;
                 if let Some(limit) = limits[c] {
                     // The pixel is multiplied by 1 + (gain − 1) · cosine.

@@ -7,7 +7,7 @@ use bevy::prelude::*;
 pub(super) const CLIPPED_FROM: u8 = 254;
 /// A clipped channel is taken for at most this many times the brightest channel of the pixel that is not clipped: lamps and
 /// skies are not more saturated, and a pixel that clips in one channel only is no lamp.
-pub(crate) const MOST_SATURATION: f32 = 4.0;
+pub(crate) const MAX_SATURATION: f32 = 4.0;
 /// A pixel with a clipped channel and at least this luminance is clipped in all channels: webcams compress color more than
 /// brightness, and the edge of a white lamp comes out tinted.
 pub(crate) const WHITE_FROM: f32 = 0.94;
@@ -24,8 +24,8 @@ pub(crate) fn gain_limits(linear: Vec3) -> [Option<f32>; 3] {
         return [Some(f32::INFINITY); 3];
     }
     let unclipped = channels.into_iter().filter(|&value| value < clipped_from_linear());
-    let most = MOST_SATURATION * unclipped.fold(0.0, f32::max);
-    channels.map(|value| (value >= clipped_from_linear()).then(|| (most / value).max(1.0)))
+    let limit = MAX_SATURATION * unclipped.fold(0.0, f32::max);
+    channels.map(|value| (value >= clipped_from_linear()).then(|| (limit / value).max(1.0)))
 }
 
 /// Linear values from here on are clipped: halfway below the first clipped code, so that rounding cannot miss it.
@@ -45,7 +45,7 @@ mod tests {
     #[test]
     fn a_pixel_clipped_in_one_channel_stays_near_the_others() {
         let orange = Vec3::new(1.0, 0.5, 0.1);
-        assert_eq!(gain_limits(orange), [Some(MOST_SATURATION * 0.5), None, None]);
+        assert_eq!(gain_limits(orange), [Some(MAX_SATURATION * 0.5), None, None]);
         assert_eq!(gain_limits(Vec3::new(0.9, 0.95, 0.98)), [None; 3]);
     }
 

@@ -60,19 +60,19 @@ pub enum EnvironmentOrigin {
 
 /// The fallback as an equirectangular texture, beside the [`EnvironmentFallback`] while it is used.
 #[derive(Component, Clone, Debug)]
-pub(crate) struct FallbackPicture {
+pub(crate) struct FallbackImage {
     pub image: Handle<Image>,
     pub size: UVec2,
     /// Counts up when the texture changes.
     pub version: u32,
     /// Part of the way to the measured environment that is gone, 0…1.
-    pub share: f32,
+    pub measured_fraction: f32,
     pub(super) gradient: Option<SkyGradient>,
     pub(super) measured_since: Option<Duration>,
 }
 
-impl FallbackPicture {
+impl FallbackImage {
     pub(super) fn new(image: Handle<Image>, size: UVec2, version: u32, gradient: Option<SkyGradient>) -> Self {
-        Self { image, size, version, share: 0.0, gradient, measured_since: None }
+        Self { image, size, version, measured_fraction: 0.0, gradient, measured_since: None }
     }
 }

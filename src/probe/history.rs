@@ -10,11 +10,11 @@ const EDGE: u32 = 6;
 /// Pixels over which the view falls off beside what hides the ball; as in the shader.
 const SOFT_PIXELS: f32 = 4.0;
 /// Share of a direction that must be seen for it to be compared.
-const SEEN: f32 = 0.9;
+const MIN_SEEN_FRACTION: f32 = 0.9;
 /// Changes below this are noise.
-const NOISE: f32 = 0.02;
+const NOISE_CHANGE: f32 = 0.02;
 /// Neither exposure nor room change by more between two pictures that are to be compared.
-const MOST_SCALE: f32 = 2.0;
+const MAX_SCALE: f32 = 2.0;
 
 /// What was glanced at in the newest picture, on the entity of a probe.
 #[derive(Component, Clone, Debug, Default)]
@@ -28,13 +28,13 @@ pub(crate) struct HistoryHint {
     /// Mean share by which they have changed.
     pub change: f32,
     /// Share of all directions that are seen, 0…1.
-    pub seen_share: f32,
+    pub seen_fraction: f32,
     /// What is around the ball.
     pub surroundings: Arc<Surroundings>,
 }
 
 impl HistoryHint {
-    pub(super) fn take(
+    pub(super) fn updated(
         &self,
         posed: &PosedFrame,
         captured: Duration,
@@ -44,7 +44,7 @@ impl HistoryHint {
     ) -> Self {
         let axis = -ball.center_camera.normalize();
         let size = posed.frame.size.as_vec2();
-        let mut seen_share = 0.0;
+        let mut seen_fraction = 0.0;
         let cells: Vec<(Vec3, f32)> = cube_directions(EDGE)
             .map(|(dir_world, solid_angle)| {
                 let dir = posed.camera_from_world.transform_vector3(dir_world);
@@ -53,27 +53,28 @@ impl HistoryHint {
                 let inset = pixel.min(size - pixel).min_element() / SOFT_PIXELS;
                 let margin = SOFT_PIXELS * -point.z / posed.intrinsics.focal.x;
                 let is_shown = axis.dot(dir) > edge_angle.cos();
-                let seen = if is_shown { inset.clamp(0.0, 1.0) * surroundings.view_of(point, margin) } else { 0.0 };
-                seen_share += seen * solid_angle / (4.0 * PI);
+                let seen =
+                    if is_shown { inset.clamp(0.0, 1.0) * surroundings.visibility_of(point, margin) } else { 0.0 };
+                seen_fraction += seen * solid_angle / (4.0 * PI);
                 (posed.frame.linear(pixel.x as i32, pixel.y as i32), seen)
             })
             .collect();
         let (mut before, mut now, mut difference) = (Vec3::splat(1e-3), Vec3::splat(1e-3), 0.0);
         for ((old, old_seen), (new, new_seen)) in self.cells.iter().zip(&cells) {
-            if old_seen.min(*new_seen) > SEEN {
+            if old_seen.min(*new_seen) > MIN_SEEN_FRACTION {
                 before += *old;
                 now += *new;
                 difference += (*new - *old).abs().element_sum();
             }
         }
-        let scale = (now / before).clamp(Vec3::splat(1.0 / MOST_SCALE), Vec3::splat(MOST_SCALE));
-        let is_steady = (scale - 1.0).abs().max_element() < NOISE;
+        let scale = (now / before).clamp(Vec3::splat(1.0 / MAX_SCALE), Vec3::splat(MAX_SCALE));
+        let is_steady = (scale - 1.0).abs().max_element() < NOISE_CHANGE;
         Self {
             cells,
             captured,
             scale: if is_steady { Vec3::ONE } else { scale },
-            change: (difference / before.max(now).element_sum() - NOISE).max(0.0),
-            seen_share,
+            change: (difference / before.max(now).element_sum() - NOISE_CHANGE).max(0.0),
+            seen_fraction,
             surroundings: surroundings.clone(),
         }
     }

@@ -20,11 +20,11 @@ use bevy::{camera::primitives::Aabb, math::Affine3A, prelude::*};
 use std::{sync::Arc, time::Instant};
 
 /// Least share of the box around the ball's outline that has to be inside the picture.
-const LEAST_VISIBLE_SHARE: f32 = 0.33;
+const MIN_VISIBLE_FRACTION: f32 = 0.33;
 /// Of a ball that is cut off further, the gain of clipped light is not measured anew.
-const LEAST_SHARE_FOR_GAIN: f32 = 0.9;
+const MIN_VISIBLE_FRACTION_FOR_GAIN: f32 = 0.9;
 /// Least radius of a usable ball in the picture, in pixels.
-const LEAST_RADIUS_PIXELS: f32 = 6.0;
+const MIN_RADIUS_PIXELS: f32 = 6.0;
 
 type ProbeItem = (
     Ref<'static, LightProbeSphere>,
@@ -83,8 +83,8 @@ pub(super) fn measure_probes(
         if let (true, Some(view), Some(ball)) =
             (measured.is_in_view, &measured.view, BallView::new(center_camera, probe.radius))
         {
-            *hint = hint.take(&posed, frame.captured, &ball, view.edge_angle, &Arc::new(surroundings));
-            measured.seen_share = hint.seen_share;
+            *hint = hint.updated(&posed, frame.captured, &ball, view.edge_angle, &Arc::new(surroundings));
+            measured.seen_fraction = hint.seen_fraction;
         }
         let measured = ProbeMeasurement {
             sequence: frame.sequence,
@@ -93,8 +93,8 @@ pub(super) fn measure_probes(
             view: measured.view.or(measurement.view),
             ..measured
         };
-        let is_news = *measurement != ProbeMeasurement { cpu_time: measurement.cpu_time, ..measured.clone() };
-        if is_news {
+        let is_changed = *measurement != ProbeMeasurement { cpu_time: measurement.cpu_time, ..measured.clone() };
+        if is_changed {
             *measurement = measured;
         }
     }
@@ -121,18 +121,18 @@ impl Observer<'_> {
             return measured;
         };
         measured.outline = ball.outline(&intrinsics);
-        let share = visible_share(&measured.outline, frame.size);
-        measured.is_in_view = ball.radius_pixels(&intrinsics) >= LEAST_RADIUS_PIXELS && share >= LEAST_VISIBLE_SHARE;
+        let visible = visible_fraction(&measured.outline, frame.size);
+        measured.is_in_view = ball.radius_pixels(&intrinsics) >= MIN_RADIUS_PIXELS && visible >= MIN_VISIBLE_FRACTION;
         if !measured.is_in_view {
             return measured;
         }
         let reflectance = probe.reflectance.clamp(0.01, 1.0);
-        measured.clipped_share = clipped_share(frame, &measured.outline);
+        measured.clipped_fraction = clipped_fraction(frame, &measured.outline);
         measured.paper = self.seen_marker.and_then(|(pose, size)| paper_radiance(frame, &intrinsics, &pose, size));
         let up_camera = self.seen_marker.map(|(pose, _)| pose.transform_vector3(Vec3::Y).normalize());
         if let (true, Some(paper), Some(up_camera)) = (clip_recovery.is_enabled, measured.paper, up_camera) {
             let view = PaperAndBall { posed: self.posed, ball: &ball, reflectance, normal_camera: up_camera };
-            let is_whole = share >= LEAST_SHARE_FOR_GAIN;
+            let is_whole = visible >= MIN_VISIBLE_FRACTION_FOR_GAIN;
             measured.gain = if is_whole { view.gain(paper, clip_recovery) } else { last_gain.max(Vec3::ONE) };
         }
         let gray = |paper: Vec3| Vec3::splat(paper.element_sum() / (3.0 * clip_recovery.paper_reflectance));
@@ -153,7 +153,7 @@ impl Observer<'_> {
     }
 }
 
-fn visible_share(outline: &Ellipse, frame_size: UVec2) -> f32 {
+fn visible_fraction(outline: &Ellipse, frame_size: UVec2) -> f32 {
     let half = outline.half_extent();
     let low = (outline.center - half).max(Vec2::ZERO);
     let high = (outline.center + half).min(frame_size.as_vec2());
@@ -161,7 +161,7 @@ fn visible_share(outline: &Ellipse, frame_size: UVec2) -> f32 {
     inside.element_product() / (4.0 * half.element_product())
 }
 
-fn clipped_share(frame: &FramePixels, outline: &Ellipse) -> f32 {
+fn clipped_fraction(frame: &FramePixels, outline: &Ellipse) -> f32 {
     let half = outline.half_extent();
     let low = (outline.center - half).max(Vec2::ZERO).as_ivec2();
     let high = (outline.center + half).min(frame.size.as_vec2() - 1.0).as_ivec2();

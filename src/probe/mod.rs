@@ -47,7 +47,7 @@
 //! Round phantoms hide as much as the boxes around them. What the camera's picture adds comes from the point on the box, as matte things
 //! would. All probes are merged by direction, as if they stood at one place.
 
-mod ball_picture;
+mod ball_photo;
 mod ball_view;
 mod choose_fallbacks;
 mod clip_recovery;
@@ -66,7 +66,7 @@ mod probe_measurement;
 mod sky_gradient;
 mod solids;
 
-pub use ball_picture::{BallPicture, BallPictureError};
+pub use ball_photo::{BallPhoto, BallPhotoError};
 pub use ball_view::BallView;
 pub use clip_recovery::{ClipEvidence, ClipRecovery};
 pub use ellipse::Ellipse;
@@ -80,14 +80,23 @@ pub use probe_measurement::ProbeMeasurement;
 pub use sky_gradient::SkyGradient;
 
 pub(crate) use ball_view::EDGE_MARGIN_PIXELS;
-pub(crate) use clipping::{MOST_SATURATION, WHITE_FROM, clipped_from_linear, gain_limits};
-pub(crate) use fallback::FallbackPicture;
+pub(crate) use clipping::{MAX_SATURATION, WHITE_FROM, clipped_from_linear, gain_limits};
+pub(crate) use fallback::FallbackImage;
 pub(crate) use history::HistoryHint;
 pub(crate) use lens::LensNumbers;
 pub(crate) use paper::{MARGIN_CELLS, SQUARE_CELLS};
 pub(crate) use probe_camera::LensView;
 pub(crate) use probe_measurement::ProbeView;
 pub(crate) use solids::{SolidUniform, Surroundings};
+
+/// Old name of [`BallPhoto`].
+#[deprecated(since = "0.1.0", note = "use `BallPhoto`")]
+#[doc(hidden)]
+pub type BallPicture<'a> = BallPhoto<'a>;
+/// Old name of [`BallPhotoError`].
+#[deprecated(since = "0.1.0", note = "use `BallPhotoError`")]
+#[doc(hidden)]
+pub type BallPictureError = BallPhotoError;
 
 #[doc(hidden)]
 pub use crate::environment_map::{CubeWrites, EnvironmentCube};
@@ -116,7 +125,7 @@ impl Plugin for ProbePlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    (measure::measure_probes, probe_camera::view_through_lenses),
+                    (measure::measure_probes, probe_camera::update_lens_views),
                     choose_fallbacks::choose_fallbacks.run_if(resource_exists::<Assets<Image>>),
                 )
                     .chain()

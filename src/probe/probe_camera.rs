@@ -74,7 +74,7 @@ type SeeingCamera = (
     Option<&'static LensView>,
 );
 
-pub(super) fn view_through_lenses(mut commands: Commands, mut cameras: Query<SeeingCamera>) {
+pub(super) fn update_lens_views(mut commands: Commands, mut cameras: Query<SeeingCamera>) {
     for (entity, camera, frame, place, mut state, view) in &mut cameras {
         let gain = camera.gain;
         let checked = camera.lens.check().and_then(|()| {

@@ -16,11 +16,11 @@ pub struct ProbeMeasurement {
     /// Share of all directions that the ball shows now, 0…1: about 0.9 for a ball in full view, less where a phantom or the picture's
     /// border covers it. The others keep what was seen lately, or are guessed; the alpha of the
     /// [`EnvironmentCube`](super::EnvironmentCube) says which.
-    pub seen_share: f32,
+    pub seen_fraction: f32,
     /// Outline of the ball in the picture.
     pub outline: Ellipse,
     /// Share of the ball's pixels of which at least one channel is clipped, 0…1.
-    pub clipped_share: f32,
+    pub clipped_fraction: f32,
     /// Gain of clipped light straight above the marker's paper, per channel; 1 without recovery. From a direction at an angle to
     /// the paper's normal the factor is 1 + (gain − 1) · cosine. Where the desk tells more,
     /// [`RecoveredLight`](crate::lighting::RecoveredLight) holds instead.

@@ -21,11 +21,11 @@ const ASSUMED_REFLECTANCE: f32 = 0.4;
 /// Radiance of everything before the first picture.
 const UNKNOWN_RADIANCE: f32 = 0.4;
 /// Sine of the elevation up to which pixels count as horizon, and below which the ground has its own color.
-const HORIZON: f32 = 0.2;
+const MAX_HORIZON_SINE: f32 = 0.2;
 /// The zenith is at least this part of the mean sky.
-const LEAST_ZENITH: f32 = 0.2;
+const MIN_ZENITH_FRACTION: f32 = 0.2;
 /// Relative change from which on a sky is fitted anew.
-const NEWS: f32 = 0.05;
+const MIN_REFIT_CHANGE: f32 = 0.05;
 
 impl SkyGradient {
     pub(super) const UNKNOWN: Self = Self {
@@ -42,7 +42,7 @@ impl SkyGradient {
         for (dir, radiance) in parts {
             let (height, part) = (dir.dot(up), radiance.extend(1.0));
             all += part;
-            if height.abs() < HORIZON {
+            if height.abs() < MAX_HORIZON_SINE {
                 horizon += part;
             }
             if height < 0.0 {
@@ -56,7 +56,7 @@ impl SkyGradient {
         let light = irradiance_over_pi.unwrap_or_else(|| mean(sky).unwrap_or(ground / ASSUMED_REFLECTANCE));
         // A horizontal surface gets π (horizon / 3 + 2 zenith / 3) of a sky that is linear in the sine of the elevation.
         let horizon = mean(horizon).or(mean(sky)).unwrap_or(light);
-        let zenith = (1.5 * light - 0.5 * horizon).max(LEAST_ZENITH * light);
+        let zenith = (1.5 * light - 0.5 * horizon).max(MIN_ZENITH_FRACTION * light);
         Some(Self { up, zenith, horizon: (3.0 * light - 2.0 * zenith).max(Vec3::ZERO), ground })
     }
 
@@ -66,11 +66,11 @@ impl SkyGradient {
         if height >= 0.0 {
             return self.horizon.lerp(self.zenith, height);
         }
-        self.horizon.lerp(self.ground, (-height / HORIZON).min(1.0))
+        self.horizon.lerp(self.ground, (-height / MAX_HORIZON_SINE).min(1.0))
     }
 
     pub(super) fn is_like(&self, other: &Self) -> bool {
-        let near = |a: Vec3, b: Vec3| (a - b).abs().max_element() <= NEWS * a.max(b).max_element();
+        let near = |a: Vec3, b: Vec3| (a - b).abs().max_element() <= MIN_REFIT_CHANGE * a.max(b).max_element();
         near(self.zenith, other.zenith)
             && near(self.horizon, other.horizon)
             && near(self.ground, other.ground)

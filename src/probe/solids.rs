@@ -7,7 +7,7 @@ use crate::phantom::{PhantomObject, StageRole};
 use bevy::{camera::primitives::Aabb, math::Affine3A, prelude::*, render::render_resource::ShaderType};
 
 /// Half of a plane's thickness, in metres.
-const LEAST_HALF_SIZE: f32 = 1e-4;
+const MIN_HALF_SIZE: f32 = 1e-4;
 
 /// A box in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +43,7 @@ impl Solid {
         let center = world_from_mesh.transform_point3a(bounds.center);
         let axes = [0, 1, 2].map(|i| {
             let axis = world_from_mesh.matrix3.col(i) * bounds.half_extents[i];
-            axis.length().max(LEAST_HALF_SIZE) * world_from_mesh.matrix3.col(i).normalize_or_zero()
+            axis.length().max(MIN_HALF_SIZE) * world_from_mesh.matrix3.col(i).normalize_or_zero()
         });
         let world_from_unit =
             Affine3A { matrix3: bevy::math::Mat3A::from_cols(axes[0], axes[1], axes[2]), translation: center };
@@ -95,7 +95,7 @@ impl Surroundings {
     }
 
     /// How much of the view from the camera to a point (camera space) is free, 0…1; falls off over `margin` metres.
-    pub(super) fn view_of(&self, point: Vec3, margin: f32) -> f32 {
+    pub(super) fn visibility_of(&self, point: Vec3, margin: f32) -> f32 {
         self.blockers.iter().map(|solid| 1.0 - solid.hidden_share(margin, point)).product()
     }
 }
@@ -143,7 +143,7 @@ mod tests {
     fn a_box_before_the_ball_hides_what_is_behind_it_and_softly_what_is_beside() {
         let solid = box_at(Vec3::new(0.02, 0.0, -0.4), Vec3::new(0.02, 0.1, 0.02));
         let around = Surroundings::new(&[solid], &Affine3A::IDENTITY, Vec3::new(0.0, 0.0, -0.8), 0.05);
-        let view = |x: f32| around.view_of(Vec3::new(x, 0.0, -0.8), 0.005);
+        let view = |x: f32| around.visibility_of(Vec3::new(x, 0.0, -0.8), 0.005);
         assert_eq!((view(0.03), view(-0.03)), (0.0, 1.0));
         // The nearer edge, at 0.38 m, covers x < 0 at the ball; beside it the view opens within some millimetres.
         let opening: Vec<f32> = (0..10).map(|i| view(-0.0015 * i as f32)).collect();
@@ -158,7 +158,7 @@ mod tests {
             0.05,
         );
         assert!(behind.blockers.is_empty() && behind.shown.len() == 1);
-        assert_eq!(around.view_of(Vec3::new(0.03, 0.0, -0.2), 0.005), 1.0, "before the box");
+        assert_eq!(around.visibility_of(Vec3::new(0.03, 0.0, -0.2), 0.005), 1.0, "before the box");
     }
 
     #[test]

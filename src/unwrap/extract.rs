@@ -5,7 +5,7 @@ use crate::{
     camera::{CameraFrame, FrameTexture},
     environment_map::EnvironmentCube,
     lighting::ClipGains,
-    probe::{FallbackPicture, HistoryHint, LensView, ProbeMeasurement},
+    probe::{FallbackImage, HistoryHint, LensView, ProbeMeasurement},
 };
 use bevy::{prelude::*, render::Extract};
 use std::time::Duration;
@@ -40,7 +40,7 @@ pub(super) fn extract_sources(
     mut extracted: ResMut<ExtractedSources>,
     probes: Extract<Query<SeenBall>>,
     lenses: Extract<Query<SeenFrame>>,
-    fallbacks: Extract<Query<(Entity, &FallbackPicture, &EnvironmentCube)>>,
+    fallbacks: Extract<Query<(Entity, &FallbackImage, &EnvironmentCube)>>,
     cameras: Extract<Query<&FrameTexture>>,
 ) {
     extracted.sources.clear();
@@ -48,8 +48,8 @@ pub(super) fn extract_sources(
     let mut shared_cube = None;
     for (entity, fallback, cube) in &fallbacks {
         shared_cube = Some(cube.0.id());
-        extracted.measured_fraction = fallback.share;
-        if fallback.share < 1.0 {
+        extracted.measured_fraction = fallback.measured_fraction;
+        if fallback.measured_fraction < 1.0 {
             extracted.sources.push(ExtractedSource {
                 entity,
                 frame: fallback.image.id(),

@@ -15,27 +15,27 @@ use std::f32::consts::PI;
 const SHARP_BALL: f32 = 2.0;
 const SMOOTH: f32 = 1.0;
 const LEAK: f32 = 0.4;
-const MOST_LEAK: f32 = 0.25;
+const MAX_LEAK: f32 = 0.25;
 const COARSE: [f32; 2] = [0.5, 1.0];
 const RIM: [f32; 2] = [0.6, 0.15];
 const RING: u32 = 12;
-const MOST_SAMPLES: f32 = 4.0;
+const MAX_SAMPLES: f32 = 4.0;
 /// Shorter hidden cones than this many degrees are as good as none.
-const LEAST_HIDDEN_DEGREES: f32 = 0.5;
+const MIN_HIDDEN_DEGREES: f32 = 0.5;
 
 /// A picture with a mirrored ball in it.
 ///
 /// ```no_run
 /// use bevy::prelude::*;
-/// use bevy_mirrorball::{camera::FramePixels, probe::BallPicture};
+/// use bevy_mirrorball::{camera::FramePixels, probe::BallPhoto};
 ///
 /// let photo = FramePixels::open("ball.jpg").expect("a picture");
 /// // 280° of the surroundings are on the ball, which was photographed from nearby
-/// let ball = BallPicture::from_outline(&photo, Vec2::new(1031.0, 1037.0), 1988.0, 280.0).expect("a ball in the picture");
+/// let ball = BallPhoto::from_outline(&photo, Vec2::new(1031.0, 1037.0), 1988.0, 280.0).expect("a ball in the picture");
 /// ball.to_equirect(1024, Quat::IDENTITY).save("surroundings.hdr").expect("a writable folder");
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct BallPicture<'a> {
+pub struct BallPhoto<'a> {
     /// The picture.
     pub frame: &'a FramePixels,
     /// Of the camera that took it.
@@ -48,7 +48,7 @@ pub struct BallPicture<'a> {
 
 /// Why there is no ball in a picture.
 #[derive(thiserror::Error, Clone, Debug, PartialEq)]
-pub enum BallPictureError {
+pub enum BallPhotoError {
     /// The angle.
     #[error(
         "a field of view of {0}° cannot be: give the camera's horizontal one (1 to 179), or how much of its surroundings the ball shows (181 to 360)"
@@ -68,7 +68,7 @@ pub enum BallPictureError {
     },
 }
 
-impl<'a> BallPicture<'a> {
+impl<'a> BallPhoto<'a> {
     /// A ball whose outline was measured in the picture, center and diameter in pixels, of reflectance 1 and radius 1.
     ///
     /// `fov_degrees` is either the camera's horizontal field of view (below 180), with the optical axis in the middle of the
@@ -76,17 +76,17 @@ impl<'a> BallPicture<'a> {
     /// axis through the ball, for pictures that were cropped.
     ///
     /// # Errors
-    /// A [`BallPictureError`] says which number is impossible.
+    /// A [`BallPhotoError`] says which number is impossible.
     pub fn from_outline(
         frame: &'a FramePixels,
         center: Vec2,
         diameter: f32,
         fov_degrees: f32,
-    ) -> Result<Self, BallPictureError> {
+    ) -> Result<Self, BallPhotoError> {
         let size = frame.size;
         let is_inside = center.cmpge(Vec2::ZERO).all() && center.cmple(size.as_vec2()).all();
         if !(is_inside && diameter >= 4.0 && diameter.is_finite()) {
-            return Err(BallPictureError::Outline { center, diameter, size });
+            return Err(BallPhotoError::Outline { center, diameter, size });
         }
         let radius = 0.5 * diameter;
         let (intrinsics, half_angle) = match fov_degrees {
@@ -98,10 +98,10 @@ impl<'a> BallPicture<'a> {
                 (intrinsics, middle.angle_between(rim))
             }
             fov if fov > 180.0 && fov <= 360.0 => {
-                let hidden = (0.5 * (360.0 - fov)).max(LEAST_HIDDEN_DEGREES).to_radians();
+                let hidden = (0.5 * (360.0 - fov)).max(MIN_HIDDEN_DEGREES).to_radians();
                 (Intrinsics { focal: Vec2::splat(radius / hidden.tan()), center, size }, hidden)
             }
-            _ => return Err(BallPictureError::FieldOfView(fov_degrees)),
+            _ => return Err(BallPhotoError::FieldOfView(fov_degrees)),
         };
         let ball = BallView { center_camera: intrinsics.ray(center) / half_angle.sin(), radius: 1.0 };
         Ok(Self { frame, intrinsics, ball, reflectance: 1.0 })
@@ -117,7 +117,7 @@ impl<'a> BallPicture<'a> {
         let (right, below) = (right - pixel, below - pixel);
         let at_rim = smoothstep(edge - RIM[0], edge - RIM[1], angle);
         let sharpness = SHARP_BALL + (SMOOTH - SHARP_BALL) * at_rim;
-        let count = Vec2::new(right.length(), below.length()).ceil().clamp(Vec2::ONE, Vec2::splat(MOST_SAMPLES));
+        let count = Vec2::new(right.length(), below.length()).ceil().clamp(Vec2::ONE, Vec2::splat(MAX_SAMPLES));
         let mut sum = Vec3::ZERO;
         for j in 0..count.y as u32 {
             for i in 0..count.x as u32 {
@@ -144,9 +144,9 @@ impl<'a> BallPicture<'a> {
     /// The surroundings as an equirectangular picture of a width in pixels (even, at least 2), in a frame turned against the
     /// camera's. Unturned, its middle is the direction from the ball back to the camera's side (+Z), and its left edge what the
     /// camera looks at.
-    pub fn to_equirect(&self, width: u32, camera_from_picture: Quat) -> EquirectPixels {
+    pub fn to_equirect(&self, width: u32, camera_from_map: Quat) -> EquirectPixels {
         let size = UVec2::new(width, width / 2).max(UVec2::new(2, 1));
-        let direction = |pixel: Vec2| camera_from_picture * equirect_direction(pixel / size.as_vec2());
+        let direction = |pixel: Vec2| camera_from_map * equirect_direction(pixel / size.as_vec2());
         let texels = (0..size.x * size.y).map(|i| {
             let pixel = UVec2::new(i % size.x, i / size.x).as_vec2() + 0.5;
             let dir = direction(pixel);
@@ -166,17 +166,17 @@ impl<'a> BallPicture<'a> {
     /// As in the shader.
     fn leaked(&self, pixel: Vec2, texel: [Vec2; 2], sharpness: f32) -> Vec3 {
         let spread = 1.0 / (12.0 * sharpness * sharpness) + (texel[0] * texel[0] + texel[1] * texel[1]) / 6.0;
-        let leak = (LEAK * spread.map(f32::sqrt)).min(Vec2::splat(MOST_LEAK));
+        let leak = (LEAK * spread.map(f32::sqrt)).min(Vec2::splat(MAX_LEAK));
         let size = texel[0].perp_dot(texel[1]).abs().sqrt();
         let is_fine = ((COARSE[1] - size) / (COARSE[1] - COARSE[0])).clamp(0.0, 1.0);
-        let share = is_fine * leak / (1.0 - 2.0 * leak);
+        let weights = is_fine * leak / (1.0 - 2.0 * leak);
         between_pixels(pixel, sharpness, |x, y| {
             let at = |dx: i32, dy: i32| self.frame.linear(x + dx, y + dy);
             if is_clipped(self.frame, x, y) {
                 return Vec3::ZERO;
             }
             let twice = 2.0 * at(0, 0);
-            share.x * (twice - at(-1, 0) - at(1, 0)) + share.y * (twice - at(0, -1) - at(0, 1))
+            weights.x * (twice - at(-1, 0) - at(1, 0)) + weights.y * (twice - at(0, -1) - at(0, 1))
         })
     }
 }
@@ -204,23 +204,22 @@ mod tests {
         for (center, fov) in
             [(Vec2::new(320.0, 240.0), 60.0), (Vec2::new(500.0, 120.0), 60.0), (Vec2::new(300.0, 250.0), 340.0)]
         {
-            let picture = BallPicture::from_outline(&frame, center, 120.0, fov).expect("possible");
-            let outline = picture.ball.outline(&picture.intrinsics);
+            let photo = BallPhoto::from_outline(&frame, center, 120.0, fov).expect("possible");
+            let outline = photo.ball.outline(&photo.intrinsics);
             // Perspective stretches the outline outwards and moves its middle by a pixel or two.
             assert!(outline.center.distance(center) < 4.0 && (outline.semi_axes.y - 60.0).abs() < 1.0, "{outline:?}");
         }
-        let far = BallPicture::from_outline(&frame, Vec2::new(320.0, 240.0), 120.0, 360.0).expect("possible");
+        let far = BallPhoto::from_outline(&frame, Vec2::new(320.0, 240.0), 120.0, 360.0).expect("possible");
         assert!(far.ball.distance() > 100.0);
-        let error =
-            |fov, diameter| BallPicture::from_outline(&frame, Vec2::ONE, diameter, fov).expect_err("impossible");
+        let error = |fov, diameter| BallPhoto::from_outline(&frame, Vec2::ONE, diameter, fov).expect_err("impossible");
         assert!(error(180.0, 50.0).to_string().contains("180") && error(60.0, 0.0).to_string().contains("diameter"));
     }
 
     #[test]
     fn a_gray_ball_shows_a_gray_world_everywhere() {
         let frame = FramePixels::new(UVec2::new(160, 120), [188, 188, 188, 255].repeat(160 * 120)).expect("fits");
-        let picture = BallPicture::from_outline(&frame, Vec2::new(80.0, 60.0), 100.0, 300.0).expect("possible");
-        let map = picture.to_equirect(32, Quat::IDENTITY);
+        let photo = BallPhoto::from_outline(&frame, Vec2::new(80.0, 60.0), 100.0, 300.0).expect("possible");
+        let map = photo.to_equirect(32, Quat::IDENTITY);
         assert!(map.texels.iter().all(|texel| (*texel - 0.5029).abs().max_element() < 1e-3));
     }
 }
