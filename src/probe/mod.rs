@@ -1,51 +1,41 @@
-//! Frame + ball pose → raw environment cube.
+//! Light probes: where a mirrored ball or a probe camera is, and what it shows.
 //!
-//! **Enters:** the camera's newest picture, its pose and intrinsics, the pose of a [`LightProbeSphere`], phantoms around it, and for the
-//! clipped lights the pose of a marker; or the picture of a [`LightProbeCamera`]. **Leaves:** an [`EnvironmentCube`] on the ball's entity, rewritten on the GPU whenever
-//! something it depends on has changed, and a [`ProbeMeasurement`] that says what was seen.
+//! **Enters:** the AR camera's newest frame, with its pose and intrinsics; the pose of a [`LightProbeSphere`]; the
+//! phantoms around it; for clipped lights the pose of a marker; and the frames of every [`LightProbeCamera`].
+//! **Leaves:** on the entity of each ball a [`ProbeMeasurement`] with the results, and private components from which
+//! [`unwrap`](crate::unwrap) writes the [`EnvironmentCube`]. The stage also allocates that cube, one for all probes,
+//! and chooses the [`EnvironmentFallback`] that lights the scene until something has been measured.
 //!
 //! # Frames and units
-//! The cube is in world axes and Bevy's left-handed cube convention (a lookup negates z). It holds radiance in linear camera
-//! units: the picture divided by the ball's reflectance, times the recovery's gain where the camera had clipped.
+//! Camera space is Bevy's (−Z forward, +Y up), in meters. Radiance is in linear camera units: the frame divided by
+//! the ball's reflectance, times the gain of the clip recovery where the camera had clipped.
 //!
-//! # What nobody sees
-//! The ball hides a cone behind itself (half angle asin(radius/distance), about 4° at 0.75 m), the outermost 1.5 pixels of its picture mix
-//! with the background, phantoms stand in front of it, the picture ends. Every texel has a confidence (pixels per texel where it is seen;
-//! a third is left after four seconds, less if the rest has changed) and takes the best there is, blended without an edge:
-//! 1. what is seen now, unless it was seen much finer not long ago and still looks like that,
-//! 2. towards the rim and behind it, where the ball is coarse: the camera's own picture of the phantoms that lie there (as boxes; by
-//!    direction where none does, once there are any),
-//! 3. behind the rim: an ever longer arc of the rim,
-//! 4. elsewhere: what was seen earlier, scaled as the rest of the picture has become brighter or darker,
-//! 5. the [`EnvironmentFallback`], until something has been measured.
+//! # What is measured
+//! - the outline of the ball in the frame, and whether enough of it is in view,
+//! - the fraction of all directions that the ball shows, with the frame's border and phantoms in front of it taken into
+//!   account,
+//! - how much brighter the visible directions have become since the frame before, and how much they have changed;
+//!   [`unwrap`](crate::unwrap) ages its history accordingly,
+//! - the fraction of clipped pixels, the radiance of the marker's paper, and the gain of clipped light.
 //!
-//! # Several pictures, one cube
-//! All balls and every [`LightProbeCamera`] (fisheye, 360°, sphere map) write one cube, one after the other; where several see, the finer
-//! picture wins. So a fisheye that looks up and a ball that shows the rest become one environment (row A9).
+//! A measurement is repeated only if the frame, a pose, a setting or the phantoms have changed.
 //!
-//! # As sharp as the picture
-//! A mirror that reads the cube linearly between its texels should show the pixels of the picture again, not a blur of them. What the
-//! passages between pixels and between texels spread over the neighbors is therefore taken back from them. Clipped pixels are left as they
-//! are; what a lamp has spread into its neighbors goes, for a clipped lamp counts as white already.
-//!
-//! # Clipped light, first form
-//! An 8-bit camera shows a lamp no brighter than white paper. What the clipped pixels of the ball lack is told by the marker's
-//! paper: the irradiance the ball predicts at it must be what its brightness says, π · paper ÷ paper reflectance (after Debevec
-//! et al. 2012, *A single-shot light probe*, with one equation per channel). Of all answers [`ClipRecovery`] takes the one
-//! with the least extra light in the least-squares sense: clipped light from a direction is multiplied by
-//! 1 + (gain − 1) · cosine to the paper's normal, light from below the horizon by 1. So windows that the paper barely sees are
-//! not blown up for the lamp above. Which of several lamps is the strong one needs more equations than one sheet of paper gives:
-//! the stage [`lighting`](crate::lighting) takes them from all that stands on the desk and hands a gain per direction back, which
-//! replaces this one a picture later (in lockstep at once).
+//! # Clipped light, first estimate
+//! An 8-bit camera shows a lamp no brighter than white paper. The marker's paper makes up for what the clipped pixels
+//! of the ball lack: the irradiance that the ball predicts at the paper must equal the irradiance that the paper's
+//! brightness implies, π · paper ÷ paper reflectance (after Debevec et al. 2012, *A single-shot light probe*, with
+//! one equation per channel). Of all solutions [`ClipRecovery`] takes the one with the least extra light in the
+//! least-squares sense: clipped light from a direction is multiplied by 1 + (gain − 1) · cosine to the paper's
+//! normal, light from below the horizon by 1. Windows that the paper barely sees are thus not brightened on behalf of
+//! the lamp above. One sheet of paper does not give enough equations to decide which of several lamps is the strong
+//! one. The stage [`lighting`](crate::lighting) takes further equations from everything that stands on the desk and
+//! returns a gain per direction, which replaces this one a frame later (in lockstep at once).
 //!
 //! # Cost
-//! One compute dispatch of 6 · size² threads per picture, each with three searches for a pixel, as many lookups of four pixels as it covers
-//! pixels (one for balls up to some 250 pixels across, at most 16) and one of twelve for what is spread, and a copy of the cube; on the CPU 12 000 picture lookups per new picture
-//! for the recovery and 216 for what has changed.
+//! On the CPU 12 000 lookups in each new frame for the clip recovery, and 216 to detect changes.
 //!
 //! # Limits
-//! Round phantoms hide as much as the boxes around them. What the camera's picture adds comes from the point on the box, as matte things
-//! would. All probes are merged by direction, as if they stood at one place.
+//! Phantoms hide as much as the boxes around their meshes, which is a little too much for round ones.
 
 mod ball_photo;
 mod ball_view;
@@ -104,7 +94,7 @@ pub use crate::environment_map::{CubeWrites, EnvironmentCube};
 use crate::{MirrorballSystems, camera::ArCamera, environment_map::LitByGame};
 use bevy::{light::EnvironmentMapLight, prelude::*, shader::load_shader_library};
 
-/// Measures the light that falls on the probes.
+/// Plugin of the probe stage: measures what light probes show.
 pub struct ProbePlugin;
 
 impl Plugin for ProbePlugin {
@@ -134,13 +124,13 @@ impl Plugin for ProbePlugin {
     }
 }
 
-/// Makes the libraries of balls and boxes known to the shaders of a plugin.
+/// Loads the shader libraries of balls and solids, for shaders that import them.
 pub(crate) fn load_shaders(app: &mut App) {
     load_shader_library!(app, "ball_view.wgsl");
     load_shader_library!(app, "solids.wgsl");
 }
 
-/// The one environment cube.
+/// Environment cube that all probes share.
 #[derive(Resource)]
 struct SharedCube(EnvironmentCube);
 

@@ -1,13 +1,47 @@
 //! Camera frames → environment cube.
 //!
-//! **Enters:** the frame that shows a ball or that a probe camera delivers, with what [`probe`](crate::probe) measured of it, the gains of
-//! clipped light from [`lighting`](crate::lighting), and the fallback. **Leaves:** an
-//! [`EnvironmentCube`](crate::environment_map::EnvironmentCube), rewritten on the GPU whenever something it depends on has changed.
+//! **Enters:** the frame that shows a ball or that a probe camera delivers, with the measurements of
+//! [`probe`](crate::probe), the gains of clipped light from [`lighting`](crate::lighting), and the fallback.
+//! **Leaves:** an [`EnvironmentCube`](crate::environment_map::EnvironmentCube), rewritten on the GPU whenever one of
+//! its inputs has changed.
+//!
+//! # Frames and units
+//! The cube is in world axes and Bevy's left-handed cube convention (a lookup negates z). It holds radiance in linear
+//! camera units: the frame divided by the ball's reflectance, times the gain of the clip recovery where the camera had
+//! clipped.
+//!
+//! # Directions that no frame shows
+//! The ball hides a cone behind itself (half angle asin(radius/distance), about 4° at 0.75 m), the outermost 1.5
+//! pixels of its image mix with the background, phantoms stand in front of it, and the frame ends. Each texel has a
+//! confidence: pixels per texel where its direction is visible. A third of the confidence is left after four seconds,
+//! less if the visible part has changed. Each texel takes the best source of the following, blended without an edge:
+//! 1. the present observation, unless the history saw the direction much finer not long ago and still agrees with it,
+//! 2. towards the rim and behind it, where the ball is coarse: the camera's direct view of the phantoms that lie there
+//!    (as boxes; by direction where there is no phantom, provided that there are any),
+//! 3. behind the rim: an arc of the rim, which grows with the distance from the rim,
+//! 4. elsewhere: the history, scaled as the visible part has become brighter or darker,
+//! 5. the [`EnvironmentFallback`](crate::probe::EnvironmentFallback), until something has been measured.
+//!
+//! # Several sources, one cube
+//! All balls and every [`LightProbeCamera`](crate::probe::LightProbeCamera) (fisheye, 360°, sphere map) write one
+//! cube, one after the other. Where several see a direction, the finer frame wins. So a fisheye that looks up and a
+//! ball that shows the rest form one environment.
+//!
+//! # Sharpness
+//! A mirror that interpolates the cube linearly between its texels should show the pixels of the frame again, without
+//! additional blur. Two bilinear filters (frame → cube → mirror) spread each pixel over its neighbors; a
+//! deconvolution step compensates for that. Clipped pixels stay as they are, but the light that a lamp has leaked
+//! into its neighbors is removed, because a clipped lamp counts as white already.
 //!
 //! # Cost
-//! One compute dispatch of 6 · 128² threads per source and frame, and a copy of the cube that keeps what was seen.
+//! One compute dispatch of 6 · 128² threads per source and new frame, and a copy of the cube that keeps the
+//! history. Each thread searches for a pixel three times, interpolates between four pixels as often as the texel
+//! covers pixels (once for balls up to some 250 pixels across, at most 16 times), and between twelve once for the
+//! deconvolution.
 //!
-//! The essay of [`probe`](crate::probe) says how the cube is made from several frames and what fills the parts that nobody sees.
+//! # Limits
+//! The camera's direct view shows the light of a point on the box around a phantom, which is right for matte objects.
+//! All probes are merged by direction, as if they stood in one place.
 
 mod extract;
 mod fading;
