@@ -1,4 +1,5 @@
-//! A photograph of a mirrored ball, unwrapped on the CPU: for tools, and the shader's twin for tests.
+//! Photographs of mirrored balls, unwrapped on the CPU: for tools, and in tests as the reference of the shaders of
+//! `unwrap`.
 
 use super::{
     ball_view::{BallView, EDGE_MARGIN_PIXELS},
@@ -11,7 +12,7 @@ use crate::{
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
-/// As in the shaders of `unwrap`, where the reasons are.
+/// The constants from here on are those of the shaders of `unwrap`, which give the reasons.
 const SHARP_BALL: f32 = 2.0;
 const SMOOTH: f32 = 1.0;
 const LEAK: f32 = 0.4;
@@ -20,63 +21,64 @@ const COARSE: [f32; 2] = [0.5, 1.0];
 const RIM: [f32; 2] = [0.6, 0.15];
 const RING: u32 = 12;
 const MAX_SAMPLES: f32 = 4.0;
-/// Shorter hidden cones than this many degrees are as good as none.
+/// Lower bound of the half angle of the hidden cone, in degrees. A smaller cone is as good as none.
 const MIN_HIDDEN_DEGREES: f32 = 0.5;
 
-/// A picture with a mirrored ball in it.
+/// Photograph with a mirrored ball in it.
 ///
 /// ```no_run
 /// use bevy::prelude::*;
 /// use bevy_mirrorball::{camera::FramePixels, probe::BallPhoto};
 ///
 /// let photo = FramePixels::open("ball.jpg").expect("a picture");
-/// // 280° of the surroundings are on the ball, which was photographed from nearby
+/// // The ball was photographed from nearby and shows 280° of its surroundings.
 /// let ball = BallPhoto::from_outline(&photo, Vec2::new(1031.0, 1037.0), 1988.0, 280.0).expect("a ball in the picture");
 /// ball.to_equirect(1024, Quat::IDENTITY).save("surroundings.hdr").expect("a writable folder");
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct BallPhoto<'a> {
-    /// The picture.
+    /// Pixels of the photograph.
     pub frame: &'a FramePixels,
-    /// Of the camera that took it.
+    /// Intrinsics of the camera that took it.
     pub intrinsics: Intrinsics,
-    /// Where the ball is.
+    /// Position and size of the ball.
     pub ball: BallView,
-    /// Share of light that it mirrors, above 0, at most 1.
+    /// Fraction of the light that the ball mirrors, above 0 and at most 1.
     pub reflectance: f32,
 }
 
-/// Why there is no ball in a picture.
+/// Error of [`BallPhoto::from_outline`]: the numbers describe no ball in the photograph.
 #[derive(thiserror::Error, Clone, Debug, PartialEq)]
 pub enum BallPhotoError {
-    /// The angle.
+    /// The field of view, in degrees, is impossible.
     #[error(
         "a field of view of {0}° cannot be: give the camera's horizontal one (1 to 179), or how much of its surroundings the ball shows (181 to 360)"
     )]
     FieldOfView(f32),
-    /// The outline.
+    /// The outline is not in the photograph, or too small.
     #[error(
         "a ball of {diameter} pixels at {center} is not in a picture of {size} pixels; give center and diameter of its outline"
     )]
     Outline {
-        /// In pixels.
+        /// Center of the outline, in pixels.
         center: Vec2,
-        /// In pixels.
+        /// Diameter of the outline, in pixels.
         diameter: f32,
-        /// Of the picture.
+        /// Size of the photograph, in pixels.
         size: UVec2,
     },
 }
 
 impl<'a> BallPhoto<'a> {
-    /// A ball whose outline was measured in the picture, center and diameter in pixels, of reflectance 1 and radius 1.
+    /// Creates the photograph of a ball from its outline in the frame, with center and diameter in pixels. The ball
+    /// gets reflectance 1 and radius 1.
     ///
-    /// `fov_degrees` is either the camera's horizontal field of view (below 180), with the optical axis in the middle of the
-    /// picture; or how much of its surroundings the ball shows from rim to rim (above 180; 360 is a ball far away), with the optical
-    /// axis through the ball, for pictures that were cropped.
+    /// `fov_degrees` is either the camera's horizontal field of view (1 to below 180), with the optical axis in the
+    /// middle of the frame; or the angle of the surroundings that the ball shows from rim to rim (above 180; 360 for
+    /// a ball far away), with the optical axis through the ball, for photographs that were cropped.
     ///
     /// # Errors
-    /// A [`BallPhotoError`] says which number is impossible.
+    /// Returns a [`BallPhotoError`] that names the impossible number.
     pub fn from_outline(
         frame: &'a FramePixels,
         center: Vec2,
@@ -93,7 +95,8 @@ impl<'a> BallPhoto<'a> {
             fov if (1.0..180.0).contains(&fov) => {
                 let intrinsics = Intrinsics::from_horizontal_fov(size, fov.to_radians());
                 let outward = (center - intrinsics.center).normalize_or(Vec2::X);
-                // Across the line from the picture's middle, where perspective does not stretch the outline.
+                // Perpendicular to the line from the middle of the frame, where perspective does not stretch the
+                // outline.
                 let [middle, rim] = [center, center + radius * outward.perp()].map(|pixel| intrinsics.ray(pixel));
                 (intrinsics, middle.angle_between(rim))
             }
@@ -107,8 +110,9 @@ impl<'a> BallPhoto<'a> {
         Ok(Self { frame, intrinsics, ball, reflectance: 1.0 })
     }
 
-    /// Radiance from a direction (unit vector, camera space) in linear camera units, averaged over what directions `across` and
-    /// `down` beside it enclose. Directions that the ball hides are filled from the ring around them.
+    /// Radiance from a direction (unit vector, camera space) in linear camera units, averaged over the texel that the
+    /// offsets `across` and `down` to the neighboring directions span. Directions that the ball hides are filled from
+    /// the ring around them.
     pub fn radiance(&self, dir: Vec3, across: Vec3, down: Vec3) -> Vec3 {
         let edge = self.ball.edge_angle(&self.intrinsics, EDGE_MARGIN_PIXELS);
         let axis = -self.ball.center_camera.normalize();
@@ -141,9 +145,9 @@ impl<'a> BallPhoto<'a> {
         ring.sum::<Vec3>() / (RING as f32 * self.reflectance)
     }
 
-    /// The surroundings as an equirectangular picture of a width in pixels (even, at least 2), in a frame turned against the
-    /// camera's. Unturned, its middle is the direction from the ball back to the camera's side (+Z), and its left edge what the
-    /// camera looks at.
+    /// Surroundings as an equirectangular map of a width in pixels (even, at least 2), in axes that are rotated against
+    /// the camera's. Without rotation, the middle of the map is the direction from the ball back to the camera's side
+    /// (+Z), and its left edge is the direction in which the camera looks.
     pub fn to_equirect(&self, width: u32, camera_from_map: Quat) -> EquirectPixels {
         let size = UVec2::new(width, width / 2).max(UVec2::new(2, 1));
         let direction = |pixel: Vec2| camera_from_map * equirect_direction(pixel / size.as_vec2());
@@ -163,7 +167,7 @@ impl<'a> BallPhoto<'a> {
         between_pixels(pixel, sharpness, |x, y| self.frame.linear(x, y))
     }
 
-    /// As in the shader.
+    /// Twin of `leaked` in `unwrap/deconvolution.wgsl`.
     fn leaked(&self, pixel: Vec2, texel: [Vec2; 2], sharpness: f32) -> Vec3 {
         let spread = 1.0 / (12.0 * sharpness * sharpness) + (texel[0] * texel[0] + texel[1] * texel[1]) / 6.0;
         let leak = (LEAK * spread.map(f32::sqrt)).min(Vec2::splat(MAX_LEAK));
@@ -181,7 +185,7 @@ impl<'a> BallPhoto<'a> {
     }
 }
 
-/// Lookup between four pixels.
+/// Interpolation between four pixels.
 fn between_pixels(pixel: Vec2, sharpness: f32, value: impl Fn(i32, i32) -> Vec3) -> Vec3 {
     let corner = (pixel - 0.5).floor();
     let t = ((pixel - 1.0 - corner) * sharpness + 0.5).clamp(Vec2::ZERO, Vec2::ONE);
@@ -206,7 +210,7 @@ mod tests {
         {
             let photo = BallPhoto::from_outline(&frame, center, 120.0, fov).expect("possible");
             let outline = photo.ball.outline(&photo.intrinsics);
-            // Perspective stretches the outline outwards and moves its middle by a pixel or two.
+            // Perspective stretches the outline outwards and moves its center by a pixel or two.
             assert!(outline.center.distance(center) < 4.0 && (outline.semi_axes.y - 60.0).abs() < 1.0, "{outline:?}");
         }
         let far = BallPhoto::from_outline(&frame, Vec2::new(320.0, 240.0), 120.0, 360.0).expect("possible");

@@ -1,4 +1,4 @@
-//! Which fallback lights a camera's scene: it is chosen, loaded or fitted, and faded out.
+//! Choice of the fallback that lights a camera's scene: it is loaded or fitted, and fades out once probes are measured.
 
 use super::{
     clip_recovery::ClipRecovery,
@@ -23,9 +23,10 @@ use bevy::{
 };
 use std::path::PathBuf;
 
+/// Size of the texture of a fitted sky, in texels.
 const GRADIENT_SIZE: UVec2 = UVec2::new(128, 64);
 
-/// A file on its way.
+/// Fallback file that is being loaded.
 #[derive(Component)]
 pub(super) struct FallbackFile(Task<Option<(EnvironmentOrigin, EquirectPixels)>>);
 
@@ -85,7 +86,7 @@ pub(super) fn choose_fallbacks(
     let is_measured = !lenses.is_empty() || probes.iter().any(|measurement| measurement.view.is_some());
     for (entity, fallback, camera, frame, feed, place, mut origin, image, file) in &mut cameras {
         let is_lockstep = feed.is_some_and(|feed| feed.pace() == FeedPace::Lockstep);
-        // What was measured stays when its ball is gone.
+        // A measured environment stays when its ball is gone.
         if is_measured || *origin == EnvironmentOrigin::Measured {
             origin.set_if_neq(EnvironmentOrigin::Measured);
             let Some(mut image) = image else { continue };
@@ -151,7 +152,7 @@ fn take_file(
     origin.set_if_neq(from);
 }
 
-/// Pixels that are looked at, along each axis.
+/// Number of pixels along each axis to which a sky is fitted.
 const GRID: UVec2 = UVec2::new(24, 16);
 
 fn fit_sky(

@@ -1,4 +1,4 @@
-//! How much brighter than white the clipped pixels of a ball are, from the brightness of the marker's paper.
+//! Recovery of clipped light: the gain of a ball's clipped pixels, from the brightness of the marker's paper.
 
 use super::{
     ball_view::{BallView, EDGE_MARGIN_PIXELS},
@@ -8,29 +8,29 @@ use crate::{camera::PosedFrame, environment_map::cube_directions};
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
-/// Recovery of light the camera clipped; on the entity of a [`LightProbeSphere`](super::LightProbeSphere).
+/// Recovery of light that the camera clipped, on the entity of a [`LightProbeSphere`](super::LightProbeSphere).
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct ClipRecovery {
-    /// Whether to recover at all; otherwise clipped light counts as white. Defaults to `true`.
+    /// Whether clipped light is recovered; if not, it counts as white. Defaults to `true`.
     pub is_enabled: bool,
-    /// Share of light the marker's white paper reflects, 0…1 (exclusive of 0). Defaults to 0.80, common office paper.
+    /// Reflectance of the marker's white paper, 0…1 (exclusive of 0). Defaults to 0.80, common office paper.
     pub paper_reflectance: f32,
     /// Upper bound of the gain. Defaults to 1000.
     pub max_gain: f32,
-    /// What tells how bright clipped light is. Defaults to [`ClipEvidence::Desk`].
+    /// Evidence for the brightness of clipped light. Defaults to [`ClipEvidence::Desk`].
     pub evidence: ClipEvidence,
 }
 
-/// What tells how bright clipped light is.
+/// Evidence for the brightness of clipped light.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub enum ClipEvidence {
-    /// The marker's paper: one gain for all clipped light.
+    /// The marker's paper, which gives one gain for all clipped light.
     Paper,
-    /// All that stands on the desk, with a gain of its own for each clipped piece of the sky: the paper, the desk's brightness in
-    /// and beside the shadows of phantoms and the ball, the faces of phantoms; see [`lighting`](crate::lighting). Without
-    /// phantoms in view the same as [`Paper`](Self::Paper).
+    /// Everything that stands on the desk: the paper, the desk's brightness in and beside the shadows of phantoms and
+    /// the ball, and the faces of phantoms. Each clipped region of the environment gets its own gain; see
+    /// [`lighting`](crate::lighting). Without phantoms in view the same as [`Paper`](Self::Paper).
     #[default]
     Desk,
 }
@@ -41,22 +41,23 @@ impl Default for ClipRecovery {
     }
 }
 
-/// Directions are looked up on a cube with this many cells along an edge (1.4° each, as fine as a ball 80 pixels wide).
+/// Number of directions along each edge of the cube over which irradiance is summed (1.4° each, as fine as a ball 80
+/// pixels wide).
 const CUBE_EDGE: u32 = 64;
 
-/// Irradiance ÷ π at a surface as a function of the gain on clipped pixels, one channel.
+/// Irradiance ÷ π at a surface as a function of the gain of clipped pixels, for one channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Irradiance {
-    /// At gain 1, where clipped light is white.
+    /// Value at gain 1, where clipped light counts as white.
     as_seen: f32,
-    /// Clipped parts: the gain from which on they stop to grow, and what they add per unit of gain. Sorted.
+    /// Clipped contributions, sorted: the gain at which each stops growing, and its slope per unit of gain.
     clipped: Vec<(f32, f32)>,
 }
 
 impl Irradiance {
-    /// The gain at which the irradiance is what is wanted; at least 1.
+    /// Gain at which the irradiance has the value wanted, between 1 and `max_gain`.
     ///
-    /// The irradiance grows with the gain piecewise linearly, ever more slowly; the pieces are walked until it is reached.
+    /// The irradiance is a piecewise linear, concave function of the gain; the search walks its pieces.
     fn gain_for(&self, wanted: f32, max_gain: f32) -> f32 {
         let first_slope: f32 = self.clipped.iter().map(|(_, part)| part).sum();
         let mut slope = first_slope;
@@ -75,30 +76,30 @@ impl Irradiance {
         if reached >= wanted {
             return gain;
         }
-        // What is left of the slope after subtractions may be rounding error; then no gain would be enough.
+        // The slope that remains after the subtractions may be rounding error; then no gain would be enough.
         if slope > 1e-5 * first_slope { (gain + (wanted - reached) / slope).min(max_gain) } else { gain }
     }
 }
 
-/// Where the recovery looks.
+/// Inputs of the recovery: a frame with a ball and the marker's paper in it.
 pub(super) struct PaperAndBall<'a> {
     pub(super) posed: PosedFrame<'a>,
     pub(super) ball: &'a BallView,
-    /// Share of light the ball mirrors.
+    /// Fraction of the light that the ball mirrors.
     pub(super) reflectance: f32,
     /// Normal of the paper, camera space.
     pub(super) normal_camera: Vec3,
 }
 
 impl PaperAndBall<'_> {
-    /// Gain on clipped light per channel at which the ball explains the paper's radiance.
+    /// Gain of clipped light, per channel, at which the ball explains the radiance of the paper.
     pub(super) fn gain(&self, paper: Vec3, recovery: &ClipRecovery) -> Vec3 {
         let wanted = paper / recovery.paper_reflectance;
         let channels = self.irradiance();
         Vec3::from_array(std::array::from_fn(|c| channels[c].gain_for(wanted[c], recovery.max_gain)))
     }
 
-    /// Cosine-weighted sum over the hemisphere about the paper's normal of what the ball shows.
+    /// Cosine-weighted sum of the radiance that the ball shows, over the hemisphere about the paper's normal.
     fn irradiance(&self) -> [Irradiance; 3] {
         let edge_angle = self.ball.edge_angle(&self.posed.intrinsics, EDGE_MARGIN_PIXELS);
         let mut channels = [const { Irradiance { as_seen: 0.0, clipped: Vec::new() } }; 3];
@@ -126,7 +127,7 @@ impl PaperAndBall<'_> {
                 let part = weight * pixel_weight * value[c];
                 channel.as_seen += part;
                 if let Some(limit) = limits[c] {
-                    // The pixel is multiplied by 1 + (gain − 1) · cosine.
+                    // The shader multiplies the pixel by 1 + (gain − 1) · cosine.
                     channel.clipped.push((1.0 + (limit - 1.0) / cosine, part * cosine));
                 }
             }
@@ -148,7 +149,7 @@ mod tests {
         assert_eq!(lamp.gain_for(1e6, 1000.0), 1000.0);
         let nothing_clipped = Irradiance { as_seen: 0.2, clipped: vec![] };
         assert_eq!(nothing_clipped.gain_for(1.0, 1000.0), 1.0);
-        // Up to gain 2 both parts grow (to 0.2 + 0.4), from there only the lamp.
+        // Up to gain 2 both contributions grow (to 0.2 + 0.4), from there only the lamp.
         let wall_and_lamp = Irradiance { as_seen: 0.4, clipped: vec![(2.0, 0.1), (f32::INFINITY, 0.1)] };
         assert!((wall_and_lamp.gain_for(0.8, 1000.0) - 4.0).abs() < 1e-5);
     }

@@ -1,20 +1,21 @@
-//! Which pixels the camera clipped, and how much brighter than white they may be.
+//! Clipping: detection of clipped pixels, and upper bounds of their true brightness.
 
 use crate::camera::{FramePixels, srgb_to_linear};
 use bevy::prelude::*;
 
-/// sRGB bytes from here on count as clipped; one step of noise below white still does.
+/// Smallest sRGB byte that counts as clipped, one step of noise below white.
 pub(super) const CLIPPED_FROM: u8 = 254;
-/// A clipped channel is taken for at most this many times the brightest channel of the pixel that is not clipped: lamps and
-/// skies are not more saturated, and a pixel that clips in one channel only is no lamp.
+/// Upper bound of the ratio of a clipped channel to the brightest unclipped channel of the pixel: lamps and skies are
+/// not more saturated, and a pixel that clips in one channel only is no lamp.
 pub(crate) const MAX_SATURATION: f32 = 4.0;
-/// A pixel with a clipped channel and at least this luminance is clipped in all channels: webcams compress color more than
-/// brightness, and the edge of a white lamp comes out tinted.
+/// Luminance from which a pixel with one clipped channel counts as clipped in all channels: webcams compress color more
+/// than brightness, so the edge of a white lamp comes out tinted.
 pub(crate) const WHITE_FROM: f32 = 0.94;
 /// Weights of linear red, green and blue in luminance (ITU-R BT.709).
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
-/// For each clipped channel of a pixel, the largest gain it may get. Twin of `recovered` in `frame_sampling.wgsl`.
+/// Largest gain allowed for each channel of a pixel; `None` for unclipped channels. Twin of `recovered` in
+/// `unwrap/frame_sampling.wgsl`.
 pub(crate) fn gain_limits(linear: Vec3) -> [Option<f32>; 3] {
     let channels = linear.to_array();
     if linear.max_element() < clipped_from_linear() {
@@ -28,12 +29,12 @@ pub(crate) fn gain_limits(linear: Vec3) -> [Option<f32>; 3] {
     channels.map(|value| (value >= clipped_from_linear()).then(|| (limit / value).max(1.0)))
 }
 
-/// Linear values from here on are clipped: halfway below the first clipped code, so that rounding cannot miss it.
+/// Smallest linear value that counts as clipped: halfway below the first clipped code, so that rounding cannot miss it.
 pub(crate) fn clipped_from_linear() -> f32 {
     0.5 * (srgb_to_linear(CLIPPED_FROM - 1) + srgb_to_linear(CLIPPED_FROM))
 }
 
-/// Whether the camera could not tell how bright a pixel is.
+/// Whether a pixel is clipped in at least one channel.
 pub(super) fn is_clipped(frame: &FramePixels, x: i32, y: i32) -> bool {
     frame.rgb8(x, y).into_iter().any(|value| value >= CLIPPED_FROM)
 }

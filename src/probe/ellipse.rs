@@ -1,8 +1,8 @@
-//! Outline of a ball.
+//! Ellipses: outlines of balls in a frame.
 
 use bevy::prelude::*;
 
-/// An ellipse in the picture.
+/// Ellipse in pixel coordinates.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct Ellipse {

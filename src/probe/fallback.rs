@@ -1,16 +1,18 @@
-//! Light while nothing has been measured: the map saved last, a file, or a sky fitted to what the camera shows.
+//! Fallback light while nothing has been measured: its settings and state.
 
 use super::sky_gradient::SkyGradient;
 use bevy::prelude::*;
 use std::{path::PathBuf, time::Duration};
 
-/// What lights the scene of an [`ArCamera`](crate::camera::ArCamera) as long as no probe has been seen, so that virtual things are never black and a game
-/// works without any ball. Every camera has one; removed when the camera is spawned, there is no light before a measurement.
-/// Cameras spawned with an [`EnvironmentMapLight`](bevy::light::EnvironmentMapLight) or a
-/// [`LiveEnvironment`](crate::prefilter::LiveEnvironment) of the game's own keep that.
+/// Fallback environment, which lights the scene of an [`ArCamera`](crate::camera::ArCamera) until a probe has been
+/// seen. Virtual objects are thus never black, and a game works without any ball.
 ///
-/// The first of these that exists: [`saved`](Self::saved), [`file`](Self::file), a sky fitted to the camera's picture and the
-/// marker's paper, an even gray. [`EnvironmentOrigin`] beside it says which.
+/// Every `ArCamera` has one. If it is removed when the camera is spawned, there is no light before a measurement.
+/// Cameras spawned with their own [`EnvironmentMapLight`](bevy::light::EnvironmentMapLight) or
+/// [`LiveEnvironment`](crate::prefilter::LiveEnvironment) keep it.
+///
+/// The light is the first that exists of: [`saved`](Self::saved), [`file`](Self::file), a sky fitted to the camera's
+/// frame and the marker's paper, a uniform gray. [`EnvironmentOrigin`] on the same entity reports which.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -25,13 +27,14 @@ use std::{path::PathBuf, time::Duration};
 #[require(EnvironmentOrigin)]
 pub struct EnvironmentFallback {
     /// Equirectangular Radiance or OpenEXR file that the game wrote when it last ran
-    /// ([`EquirectPixels::save`](crate::environment_map::EquirectPixels::save)), camera units, world axes. It may be missing. Defaults to
-    /// `None`.
+    /// ([`EquirectPixels::save`](crate::environment_map::EquirectPixels::save)), in camera units and world axes. The
+    /// file may be missing. Defaults to `None`.
     pub saved: Option<PathBuf>,
-    /// Another such file, for the first time. A file that cannot be read is a warning. Defaults to `None`.
+    /// Another such file, for the first run of the game. A file that cannot be read causes a warning. Defaults to
+    /// `None`.
     pub file: Option<PathBuf>,
-    /// How long the measured environment takes to replace it; with a feed in [lockstep](crate::camera::FeedPace::Lockstep) it does so at once.
-    /// Defaults to half a second.
+    /// Duration of the transition to the measured environment. With a feed in
+    /// [lockstep](crate::camera::FeedPace::Lockstep) the transition is immediate. Defaults to half a second.
     pub fade: Duration,
 }
 
@@ -41,31 +44,31 @@ impl Default for EnvironmentFallback {
     }
 }
 
-/// Where the light of an [`ArCamera`](crate::camera::ArCamera)'s scene comes from.
+/// Origin of the light in the scene of an [`ArCamera`](crate::camera::ArCamera).
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Component, Default, Debug, Clone, PartialEq, Hash)]
 pub enum EnvironmentOrigin {
-    /// An even gray: nothing is known.
+    /// A uniform gray, because nothing is known.
     #[default]
     Unknown,
-    /// A sky fitted to the camera's picture, and to the marker's paper if it is in view.
+    /// A sky fitted to the camera's frame, and to the marker's paper if it is in view.
     FittedSky,
-    /// [`EnvironmentFallback::file`].
+    /// The file [`EnvironmentFallback::file`].
     File,
-    /// [`EnvironmentFallback::saved`].
+    /// The file [`EnvironmentFallback::saved`].
     Saved,
-    /// A ball or a probe camera. Once measured, an environment stays until something new is measured.
+    /// A ball or a probe camera. A measured environment stays until something new is measured.
     Measured,
 }
 
-/// The fallback as an equirectangular texture, beside the [`EnvironmentFallback`] while it is used.
+/// Equirectangular texture of the fallback, on the entity of the [`EnvironmentFallback`] while it is in use.
 #[derive(Component, Clone, Debug)]
 pub(crate) struct FallbackImage {
     pub image: Handle<Image>,
     pub size: UVec2,
-    /// Counts up when the texture changes.
+    /// Counter that is incremented when the texture changes.
     pub version: u32,
-    /// Part of the way to the measured environment that is gone, 0…1.
+    /// Fraction of the transition to the measured environment that is over, 0…1.
     pub measured_fraction: f32,
     pub(super) gradient: Option<SkyGradient>,
     pub(super) measured_since: Option<Duration>,

@@ -3,25 +3,26 @@
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
-/// How the distance from the middle of a fisheye picture grows with the angle θ from the optical axis.
+/// Projection of a fisheye lens: the distance from the center of the image, in focal lengths, as a function of the
+/// angle θ from the optical axis.
 ///
 /// Common "fisheye" lenses are equidistant or equisolid; see the lens's data sheet.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum FisheyeProjection {
-    /// θ. Up to 360°.
+    /// The distance is θ. Up to 360°.
     #[default]
     Equidistant,
-    /// 2 sin(θ/2): equal solid angles are equal areas. Up to 360°.
+    /// The distance is 2 sin(θ/2): equal solid angles have equal areas. Up to 360°.
     Equisolid,
-    /// 2 tan(θ/2): circles stay circles. Below 360°.
+    /// The distance is 2 tan(θ/2): circles stay circles. Below 360°; at most 350° are accepted.
     Stereographic,
-    /// sin θ. Up to 180°.
+    /// The distance is sin θ. Up to 180°.
     Orthographic,
 }
 
 impl FisheyeProjection {
-    /// Widest field of view, in degrees.
+    /// Widest field of view of a lens with this projection, in degrees.
     pub fn widest_degrees(self) -> f32 {
         match self {
             Self::Equidistant | Self::Equisolid => 360.0,
@@ -30,7 +31,7 @@ impl FisheyeProjection {
         }
     }
 
-    /// Distance from the middle in focal lengths, of an angle from the axis in radians.
+    /// Distance from the center, in focal lengths, of an angle from the axis in radians.
     pub fn radius(self, angle: f32) -> f32 {
         match self {
             Self::Equidistant => angle,
@@ -40,7 +41,8 @@ impl FisheyeProjection {
         }
     }
 
-    /// Angle from the axis in radians, of a distance from the middle in focal lengths; the inverse of [`radius`](Self::radius).
+    /// Angle from the axis, in radians, of a distance from the center in focal lengths. Inverse of
+    /// [`radius`](Self::radius).
     pub fn angle(self, radius: f32) -> f32 {
         match self {
             Self::Equidistant => radius,

@@ -1,39 +1,41 @@
-//! A coarse look at the ball on the CPU: how much of the surroundings it shows now, and how they have changed.
+//! Hints for the temporal history of the environment: which fraction of the surroundings a ball shows, and how much
+//! they have changed since the frame before. They come from a coarse grid of directions on the CPU.
 
 use super::{ball_view::BallView, solids::Surroundings};
 use crate::{camera::PosedFrame, environment_map::cube_directions};
 use bevy::prelude::*;
 use std::{f32::consts::PI, sync::Arc, time::Duration};
 
-/// Cells along an edge of the cube of directions.
+/// Number of directions along each edge of the cube of directions.
 const EDGE: u32 = 6;
-/// Pixels over which the view falls off beside what hides the ball; as in the shader.
+/// Distance in pixels over which visibility falls off beside whatever hides the ball, as in `frame_sampling.wgsl`.
 const SOFT_PIXELS: f32 = 4.0;
-/// Share of a direction that must be seen for it to be compared.
+/// Visibility from which a direction is compared between two frames.
 const MIN_SEEN_FRACTION: f32 = 0.9;
-/// Changes below this are noise.
+/// Relative change up to which a difference counts as noise.
 const NOISE_CHANGE: f32 = 0.02;
-/// Neither exposure nor room change by more between two pictures that are to be compared.
+/// Upper bound of the factor between two frames; neither the exposure nor the room changes by more.
 const MAX_SCALE: f32 = 2.0;
 
-/// What was glanced at in the newest picture, on the entity of a probe.
+/// Summary of the newest frame for the aging of the history, on the entity of a ball.
 #[derive(Component, Clone, Debug, Default)]
 pub(crate) struct HistoryHint {
-    /// Radiance in camera units (times the reflectance), and whether it is seen, for each direction.
+    /// For each direction the radiance in camera units (times the reflectance), and its visibility, 0…1.
     cells: Vec<(Vec3, f32)>,
-    /// Time of the picture.
+    /// Time at which the frame was captured.
     pub captured: Duration,
-    /// Mean factor by which directions that are seen have become brighter since the picture before.
+    /// Mean factor by which the visible directions have become brighter since the frame before.
     pub scale: Vec3,
-    /// Mean share by which they have changed.
+    /// Mean relative change of the visible directions since the frame before.
     pub change: f32,
-    /// Share of all directions that are seen, 0…1.
+    /// Fraction of all directions that are visible, 0…1.
     pub seen_fraction: f32,
-    /// What is around the ball.
+    /// Solids around the ball.
     pub surroundings: Arc<Surroundings>,
 }
 
 impl HistoryHint {
+    /// Returns the hint of a frame, compared with this one of the frame before.
     pub(super) fn updated(
         &self,
         posed: &PosedFrame,

@@ -1,36 +1,36 @@
-//! What is wrong with a lens.
+//! Errors in the settings of a probe camera.
 
 use bevy::prelude::*;
 
-/// Why a lens cannot be.
+/// Error in a [`ProbeLens`](super::ProbeLens) or [`LightProbeCamera`](super::LightProbeCamera).
 #[derive(thiserror::Error, Clone, Debug, PartialEq)]
 pub enum LensError {
-    /// The field of view.
+    /// The field of view is impossible for the projection.
     #[error(
         "ProbeLens::Fisheye.fov_degrees is {found}; a lens of this projection shows more than 0 and at most {widest} degrees"
     )]
     FieldOfView {
-        /// What was given, in degrees.
+        /// The field of view given, in degrees.
         found: f32,
-        /// The widest possible, in degrees.
+        /// The widest field of view possible, in degrees.
         widest: f32,
     },
-    /// The factor of a sphere map.
+    /// The factor of a sphere map is not finite and above 0.
     #[error(
         "ProbeLens::SphereMap.wrap is {0}; it has to be finite and above 0, and is 1 for a ball that shows all directions"
     )]
     Wrap(f32),
-    /// The circle.
+    /// The circle is not finite, or its radius is not above 0.
     #[error(
         "the circle of a ProbeLens has its center at {center} and a radius of {radius} pixels; both have to be finite, the radius above 0"
     )]
     Circle {
-        /// Its center in pixels.
+        /// Center of the circle, in pixels.
         center: Vec2,
-        /// Its radius in pixels.
+        /// Radius of the circle, in pixels.
         radius: f32,
     },
-    /// The camera's factor.
+    /// The gain of the camera is not finite and above 0.
     #[error("LightProbeCamera.gain is {0}; each channel has to be finite and above 0")]
     Gain(Vec3),
 }

@@ -1,15 +1,15 @@
-//! The mirrored ball as a component.
+//! Mirrored balls: their components and what they are made of.
 
 use super::{clip_recovery::ClipRecovery, history::HistoryHint, probe_measurement::ProbeMeasurement};
 use bevy::prelude::*;
 
-/// A mirrored ball standing in the real scene; its center is the entity's origin.
+/// Mirrored ball in the real scene. Its center is the entity's origin.
 ///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_mirrorball::prelude::*;
 /// # fn setup(mut commands: Commands) {
-/// // a 10 cm ball on the desk, 17 cm to the right of the marker
+/// // A ball of 10 cm diameter on the desk, 17 cm to the right of the marker.
 /// commands.spawn((MarkerAnchor::new(0, 0.10), WorldOrigin, children![
 ///     (LightProbeSphere { radius: 0.05, ..default() }, Transform::from_xyz(0.17, 0.05, 0.01)),
 /// ]));
@@ -19,41 +19,42 @@ use bevy::prelude::*;
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[require(Transform, Visibility, ProbeMeasurement, ClipRecovery, HistoryHint)]
 pub struct LightProbeSphere {
-    /// Radius in metres. Finite and above 0. Defaults to 0.05.
+    /// Radius in meters. Finite and above 0. Defaults to 0.05.
     pub radius: f32,
-    /// Share of the light the ball mirrors, 0…1 (exclusive of 0); the picture is divided by it. Polished chrome about
-    /// 0.65, silvered glass about 0.9. Defaults to 0.9. A ball below [`DARK`](Self::DARK) beside a brighter one is a second,
-    /// shorter exposure in the same picture: it tells how bright the lamps are that the bright one shows clipped
-    /// ([`lighting`](crate::lighting)), and is no environment of its own.
+    /// Fraction of the light that the ball mirrors, 0…1 (exclusive of 0). The frame is divided by it. Polished chrome
+    /// has about 0.65, silvered glass about 0.9. Defaults to 0.9. A ball below [`DARK`](Self::DARK) beside a brighter
+    /// one is a second, shorter exposure in the same frame: it resolves lamps that the bright ball shows clipped
+    /// ([`lighting`](crate::lighting)), and contributes nothing to the environment itself.
     pub reflectance: f32,
-    /// Whether the reflectance depends on the angle. Defaults to [`BallSurface::Mirror`].
+    /// Material of the ball: whether the reflectance depends on the angle. Defaults to [`BallSurface::Mirror`].
     pub surface: BallSurface,
 }
 
 impl LightProbeSphere {
-    /// Balls of lower reflectance (black glass and lacquer have 0.04) only measure lamps.
+    /// Reflectance below which a ball only measures lamps. Black glass and lacquer have 0.04.
     pub const DARK: f32 = 0.2;
 
-    /// Whether it only measures lamps.
+    /// Whether the ball only measures lamps.
     pub fn is_dark(&self) -> bool {
         self.reflectance < Self::DARK
     }
 }
 
-/// What a ball is made of.
+/// Material of a ball.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub enum BallSurface {
-    /// A mirror: the same reflectance at all angles.
+    /// A mirror, with the same reflectance at all angles.
     #[default]
     Mirror,
-    /// Black glass, lacquer or another clear coat over black: the reflectance is that of a perpendicular look and grows towards
-    /// the rim (Fresnel).
+    /// Black glass, lacquer or another clear coat over black. The reflectance given is the one at perpendicular
+    /// incidence; it grows towards the rim (Fresnel).
     Dielectric,
 }
 
 impl BallSurface {
-    /// Share of unpolarized light that is mirrored at an angle of incidence, given as its cosine.
+    /// Fraction of unpolarized light that is mirrored at an angle of incidence, given as its cosine. `perpendicular` is
+    /// the fraction at perpendicular incidence.
     pub fn reflectance_at(self, perpendicular: f32, cosine: f32) -> f32 {
         if self == Self::Mirror {
             return perpendicular;
@@ -75,12 +76,13 @@ impl Default for LightProbeSphere {
     }
 }
 
-/// On a [`LightProbeSphere`]: light the scene by a sky of one radiance instead of what the ball shows, for comparison.
+/// Uniform sky that lights the scene instead of what the ball shows, for comparison. It belongs on the entity of a
+/// [`LightProbeSphere`].
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct UniformSky {
-    /// Radiance in linear camera units. Defaults to `None`: the gray that makes the marker's paper as bright as it is in
-    /// the picture (1.0 while no marker has been seen).
+    /// Radiance in linear camera units. Defaults to `None`, which is the gray that makes the marker's paper as bright
+    /// as it is in the frame (1.0 while no marker has been detected).
     pub radiance: Option<Vec3>,
 }
 

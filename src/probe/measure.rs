@@ -1,4 +1,4 @@
-//! What one camera sees of the probes, once per new picture or pose.
+//! Measurement of mirrored balls in the frames of the AR camera, once per new frame or pose.
 
 use super::{
     ball_view::{BallView, EDGE_MARGIN_PIXELS},
@@ -19,11 +19,11 @@ use crate::{
 use bevy::{camera::primitives::Aabb, math::Affine3A, prelude::*};
 use std::{sync::Arc, time::Instant};
 
-/// Least share of the box around the ball's outline that has to be inside the picture.
+/// Fraction of the box around a ball's outline that must be inside the frame for the ball to be in view.
 const MIN_VISIBLE_FRACTION: f32 = 0.33;
-/// Of a ball that is cut off further, the gain of clipped light is not measured anew.
+/// Fraction of that box from which the gain of clipped light is measured; below it, the last gain is kept.
 const MIN_VISIBLE_FRACTION_FOR_GAIN: f32 = 0.9;
-/// Least radius of a usable ball in the picture, in pixels.
+/// Radius in the frame from which a ball is usable, in pixels.
 const MIN_RADIUS_PIXELS: f32 = 6.0;
 
 type ProbeItem = (
@@ -56,7 +56,8 @@ pub(super) fn measure_probes(
         let center = transform.translation();
         let center_camera = camera_from_world.transform_point3(center);
         let surroundings = Surroundings::new(&solids, &camera_from_world, center, probe.radius);
-        // Out of view, the last view is kept: it must not be taken for the present one when the ball comes back.
+        // While the ball is out of view, its last view is kept. It must not count as the present one when the ball
+        // returns.
         let unchanged = measurement.sequence == frame.sequence
             && measurement.is_in_view
             && !marker_changed
@@ -89,7 +90,7 @@ pub(super) fn measure_probes(
         let measured = ProbeMeasurement {
             sequence: frame.sequence,
             cpu_time: started.elapsed(),
-            // Out of view is a state: the environment keeps what was seen last.
+            // A ball out of view is a valid state: the environment keeps what was seen last.
             view: measured.view.or(measurement.view),
             ..measured
         };
@@ -100,6 +101,7 @@ pub(super) fn measure_probes(
     }
 }
 
+/// The frame in which balls are measured, and the marker seen in it: its pose in camera space and its size in meters.
 struct Observer<'a> {
     camera: Entity,
     posed: PosedFrame<'a>,
@@ -153,6 +155,7 @@ impl Observer<'_> {
     }
 }
 
+/// Fraction of the box around an outline that lies inside a frame.
 fn visible_fraction(outline: &Ellipse, frame_size: UVec2) -> f32 {
     let half = outline.half_extent();
     let low = (outline.center - half).max(Vec2::ZERO);
@@ -161,6 +164,7 @@ fn visible_fraction(outline: &Ellipse, frame_size: UVec2) -> f32 {
     inside.element_product() / (4.0 * half.element_product())
 }
 
+/// Fraction of the pixels inside an outline that are clipped.
 fn clipped_fraction(frame: &FramePixels, outline: &Ellipse) -> f32 {
     let half = outline.half_extent();
     let low = (outline.center - half).max(Vec2::ZERO).as_ivec2();

@@ -1,17 +1,18 @@
-//! The marker's white paper in a frame.
+//! White paper of a marker: its radiance in a frame.
 
 use crate::camera::{FramePixels, Intrinsics};
 use bevy::{math::Affine3A, prelude::*};
 
-/// Cells along the side of a tag36h11 marker's black square.
+/// Number of cells along the side of the black square of a tag36h11 marker.
 pub(crate) const SQUARE_CELLS: f32 = 8.0;
-/// Cells from a marker's center to the middle of the white margin around its black square.
+/// Distance in cells from the center of a marker to the middle of the white margin around its black square.
 pub(crate) const MARGIN_CELLS: f32 = 4.5;
 
-/// Radiance of a marker's white paper, in linear camera units: the median over the white margin around the black square.
+/// Radiance of a marker's white paper, in linear camera units: the median over the white margin around the black
+/// square.
 ///
-/// `size` is the side of the black square, eight cells wide; the margin of one cell around it belongs to every tag36h11
-/// marker. `None` if most of the margin is outside the picture.
+/// `size` is the side of the black square in meters. The square is eight cells wide; every tag36h11 marker has a
+/// margin of one cell around it. Returns `None` if most of the margin is outside the frame.
 pub(super) fn paper_radiance(
     frame: &FramePixels,
     intrinsics: &Intrinsics,

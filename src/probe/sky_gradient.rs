@@ -1,30 +1,31 @@
-//! A sky of three colors, and how one is fitted to what a camera shows.
+//! Sky of three colors, fitted to a camera's frame.
 
 use bevy::prelude::*;
 
-/// A sky of three colors.
+/// Sky of three colors.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Debug, Clone, PartialEq)]
 pub struct SkyGradient {
-    /// Unit vector, world space.
+    /// Direction to the zenith (unit vector, world space).
     pub up: Vec3,
-    /// Radiance straight above, linear camera units.
+    /// Radiance from the zenith, in linear camera units.
     pub zenith: Vec3,
-    /// Radiance from all around.
+    /// Radiance from the horizon, in linear camera units.
     pub horizon: Vec3,
-    /// Radiance from below.
+    /// Radiance from below the horizon, in linear camera units.
     pub ground: Vec3,
 }
 
-/// Reflectance assumed of what is below the horizon where no paper tells how much light falls on it.
+/// Reflectance assumed below the horizon if no paper measures how much light falls there.
 const ASSUMED_REFLECTANCE: f32 = 0.4;
-/// Radiance of everything before the first picture.
+/// Radiance from all directions before the first frame, in linear camera units.
 const UNKNOWN_RADIANCE: f32 = 0.4;
-/// Sine of the elevation up to which pixels count as horizon, and below which the ground has its own color.
+/// Sine of the elevation up to which pixels count as horizon, and of the depression from which the ground has its own
+/// color.
 const MAX_HORIZON_SINE: f32 = 0.2;
-/// The zenith is at least this part of the mean sky.
+/// Lower bound of the zenith's radiance, as a fraction of the mean sky.
 const MIN_ZENITH_FRACTION: f32 = 0.2;
-/// Relative change from which on a sky is fitted anew.
+/// Relative change above which a newly fitted sky replaces the old one.
 const MIN_REFIT_CHANGE: f32 = 0.05;
 
 impl SkyGradient {
@@ -35,8 +36,8 @@ impl SkyGradient {
         ground: Vec3::splat(UNKNOWN_RADIANCE * ASSUMED_REFLECTANCE),
     };
 
-    /// The sky that explains what is known: radiance and world directions (unit vectors) of parts of a picture, and the irradiance
-    /// ÷ π on a horizontal surface, if known.
+    /// Returns the sky that explains parts of a frame, given as world directions (unit vectors) with their radiance,
+    /// and the irradiance ÷ π on a horizontal surface, if known; `None` without any parts.
     pub fn fit(parts: impl Iterator<Item = (Vec3, Vec3)>, up: Vec3, irradiance_over_pi: Option<Vec3>) -> Option<Self> {
         let (mut all, mut horizon, mut ground, mut sky) = (Vec4::ZERO, Vec4::ZERO, Vec4::ZERO, Vec4::ZERO);
         for (dir, radiance) in parts {
@@ -54,7 +55,8 @@ impl SkyGradient {
         let mean = |sum: Vec4| (sum.w > 0.0).then(|| sum.truncate() / sum.w);
         let ground = mean(ground).or(mean(all))?;
         let light = irradiance_over_pi.unwrap_or_else(|| mean(sky).unwrap_or(ground / ASSUMED_REFLECTANCE));
-        // A horizontal surface gets π (horizon / 3 + 2 zenith / 3) of a sky that is linear in the sine of the elevation.
+        // The irradiance of a horizontal surface under a sky that is linear in the sine of the elevation is
+        // π (horizon / 3 + 2 zenith / 3).
         let horizon = mean(horizon).or(mean(sky)).unwrap_or(light);
         let zenith = (1.5 * light - 0.5 * horizon).max(MIN_ZENITH_FRACTION * light);
         Some(Self { up, zenith, horizon: (3.0 * light - 2.0 * zenith).max(Vec3::ZERO), ground })
