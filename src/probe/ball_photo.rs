@@ -30,9 +30,9 @@ const MIN_HIDDEN_DEGREES: f32 = 0.5;
 /// use bevy::prelude::*;
 /// use bevy_mirrorball::{camera::FramePixels, probe::BallPhoto};
 ///
-/// let photo = FramePixels::open("ball.jpg").expect("a picture");
+/// let photo = FramePixels::open("ball.jpg").expect("a photograph");
 /// // The ball was photographed from nearby and shows 280° of its surroundings.
-/// let ball = BallPhoto::from_outline(&photo, Vec2::new(1031.0, 1037.0), 1988.0, 280.0).expect("a ball in the picture");
+/// let ball = BallPhoto::from_outline(&photo, Vec2::new(1031.0, 1037.0), 1988.0, 280.0).expect("a ball");
 /// ball.to_equirect(1024, Quat::IDENTITY).save("surroundings.hdr").expect("a writable folder");
 /// ```
 #[derive(Clone, Copy, Debug)]
