@@ -1,7 +1,7 @@
 //! Camera frames → environment cube.
 //!
 //! **Enters:** the frame that shows a ball or that a probe camera delivers, with the measurements of
-//! [`probe`](crate::probe), the gains of clipped light from [`lighting`](crate::lighting), and the fallback.
+//! [`probe`], the gains of clipped light from [`lighting`](crate::lighting), and the fallback.
 //! **Leaves:** an [`EnvironmentCube`](crate::environment_map::EnvironmentCube), rewritten on the GPU whenever one of
 //! its inputs has changed.
 //!
