@@ -9,7 +9,7 @@ use bevy::{
     color::{ColorToComponents, ColorToPacked, LinearRgba, Srgba},
     math::{Quat, Vec2, Vec3},
 };
-use bevy_mirrorball::{camera::FramePixels, probe::BallPicture};
+use bevy_mirrorball::{camera::FramePixels, probe::BallPhoto};
 use lexopt::prelude::*;
 use std::{path::PathBuf, process::ExitCode};
 
@@ -77,7 +77,7 @@ fn options() -> Outcome<Option<Options>> {
 
 fn unwrap_ball(options: &Options) -> Outcome<()> {
     let photo = FramePixels::open(&options.photo)?;
-    let mut picture = BallPicture::from_outline(&photo, options.center, options.diameter, options.fov)?;
+    let mut picture = BallPhoto::from_outline(&photo, options.center, options.diameter, options.fov)?;
     picture.reflectance = options.reflectance;
     let map = picture.to_equirect(options.width, Quat::IDENTITY);
     if options.out.extension().is_some_and(|extension| extension == "png") {

@@ -91,7 +91,7 @@
 //! - *No shadows:* a [`ShadowDomeLight`](shadows::ShadowDomeLight) has to exist, the desk has to be a
 //!   [`PhantomObject`](phantom::PhantomObject), and casters must not have `NotShadowCaster`.
 //! - *Lights are colored oddly or too strong:* lower the camera's exposure until few pixels of the ball are clipped
-//!   ([`ProbeMeasurement::clipped_share`](probe::ProbeMeasurement::clipped_share)), or give
+//!   ([`ProbeMeasurement::clipped_fraction`](probe::ProbeMeasurement::clipped_fraction)), or give
 //!   [shorter exposures](camera::BracketedFrames) beside it.
 
 // In the order of the data flow, above the ground floor.

@@ -87,7 +87,7 @@ pub(crate) fn report(app: &mut App, mut steps: Stopwatch, compared: Option<Value
             "center_px": probe.outline.center.to_array(),
             "semi_axes_px": probe.outline.semi_axes.to_array(),
             "angle_degrees": probe.outline.angle.to_degrees(),
-            "clipped_share": probe.clipped_share,
+            "clipped_share": probe.clipped_fraction,
         },
         "paper": probe.paper.map(|paper| paper.to_array()),
         "gains": probe.gain.to_array(),

@@ -149,7 +149,7 @@ fn report_line(app: &mut App, frame: u32) -> Value {
         "marker": format!("{:?}", tracking.state),
         "camera_from_marker": rows,
         "ball_in_view": probe.is_in_view,
-        "clipped_share": probe.clipped_share,
+        "clipped_share": probe.clipped_fraction,
         "gain": probe.gain.to_array(),
         "memory_mib": resident_memory(),
     })

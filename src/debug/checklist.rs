@@ -145,10 +145,10 @@ fn check_ball(probe: Option<&ProbeMeasurement>) -> Check {
 }
 
 fn check_exposure(probe: &ProbeMeasurement) -> Check {
-    let (level, advice) = if probe.clipped_share > MAX_CLIPPED_FRACTION {
+    let (level, advice) = if probe.clipped_fraction > MAX_CLIPPED_FRACTION {
         (CheckLevel::Warning, "; lower the camera's exposure")
     } else {
         (CheckLevel::Good, "")
     };
-    Check::new(level, "exposure", format!("{:.0} % of the ball clipped{advice}", 100.0 * probe.clipped_share))
+    Check::new(level, "exposure", format!("{:.0} % of the ball clipped{advice}", 100.0 * probe.clipped_fraction))
 }

@@ -1,87 +1,32 @@
-//! Pictures that show many directions at once, and which pixel shows which. WGSL twin: `unwrap/lens.wgsl`.
+//! Lenses of probe cameras: the mapping between pixels and directions. WGSL twin: `unwrap/lens.wgsl`.
 
+use super::{fisheye_projection::FisheyeProjection, lens_error::LensError};
 use bevy::prelude::*;
 use std::f32::consts::{PI, TAU};
 
-/// How the distance from the middle of a fisheye picture grows with the angle θ from the optical axis.
-///
-/// Common "fisheye" lenses are equidistant or equisolid; see the lens's data sheet.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[reflect(Default, Debug, Clone, PartialEq, Hash)]
-pub enum FisheyeProjection {
-    /// θ. Up to 360°.
-    #[default]
-    Equidistant,
-    /// 2 sin(θ/2): equal solid angles are equal areas. Up to 360°.
-    Equisolid,
-    /// 2 tan(θ/2): circles stay circles. Below 360°.
-    Stereographic,
-    /// sin θ. Up to 180°.
-    Orthographic,
-}
-
-impl FisheyeProjection {
-    /// Widest field of view, in degrees.
-    pub fn widest_degrees(self) -> f32 {
-        match self {
-            Self::Equidistant | Self::Equisolid => 360.0,
-            Self::Stereographic => 350.0,
-            Self::Orthographic => 180.0,
-        }
-    }
-
-    /// Distance from the middle in focal lengths, of an angle from the axis in radians.
-    pub fn radius(self, angle: f32) -> f32 {
-        match self {
-            Self::Equidistant => angle,
-            Self::Equisolid => 2.0 * (0.5 * angle).sin(),
-            Self::Stereographic => 2.0 * (0.5 * angle).min(1.57).tan(),
-            Self::Orthographic => angle.min(0.5 * PI).sin(),
-        }
-    }
-
-    /// Angle from the axis in radians, of a distance from the middle in focal lengths; the inverse of [`radius`](Self::radius).
-    pub fn angle(self, radius: f32) -> f32 {
-        match self {
-            Self::Equidistant => radius,
-            Self::Equisolid => 2.0 * (0.5 * radius).clamp(-1.0, 1.0).asin(),
-            Self::Stereographic => 2.0 * (0.5 * radius).atan(),
-            Self::Orthographic => radius.clamp(-1.0, 1.0).asin(),
-        }
-    }
-
-    fn one_hot(self) -> Vec4 {
-        match self {
-            Self::Equidistant => Vec4::X,
-            Self::Equisolid => Vec4::Y,
-            Self::Stereographic => Vec4::Z,
-            Self::Orthographic => Vec4::W,
-        }
-    }
-}
-
-/// How a picture shows the directions around its camera, which looks along −Z with +Y up.
+/// Mapping between the pixels of a frame and the directions around its camera, which looks along −Z with +Y up.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Debug, Clone, PartialEq)]
 pub enum ProbeLens {
-    /// A circle within the picture (rows A3).
+    /// A fisheye lens, whose image is a circle within the frame.
     Fisheye {
-        /// The lens's projection.
+        /// Projection of the lens.
         projection: FisheyeProjection,
         /// Angle across the whole circle, in degrees: above 0 and at most
         /// [`widest_degrees`](FisheyeProjection::widest_degrees) of the projection.
         fov_degrees: f32,
-        /// Where the circle is in the picture. `None`: in the middle, touching the nearer borders.
+        /// Circle in the frame. `None` is a circle in the middle that touches the nearer borders.
         circle: Option<ImageCircle>,
     },
-    /// A 360° camera's whole picture, twice as wide as high: columns are the azimuth from −Z towards +X, rows run from +Y down.
+    /// The whole frame of a 360° camera, twice as wide as high. Columns are the azimuth from −Z towards +X; rows
+    /// run from +Y down.
     Equirect,
-    /// A picture of a mirrored ball taken from afar, or cropped by somebody else (rows A4, A5): the direction r is found at the half
-    /// vector of r and `wrap` times the direction to the camera.
+    /// A photograph of a mirrored ball that was taken from afar, or cropped by somebody else. The direction r is
+    /// shown at the half vector of r and `wrap` times the direction to the camera.
     SphereMap {
-        /// 1.0 for a ball that shows all directions; the source's `wrapValue`. Finite and above 0.
+        /// Factor on the direction to the camera: 1.0 for a ball that shows all directions. Finite and above 0.
         wrap: f32,
-        /// The ball's outline. `None`: in the middle, touching the nearer borders.
+        /// Outline of the ball. `None` is a circle in the middle that touches the nearer borders.
         circle: Option<ImageCircle>,
     },
 }
@@ -92,13 +37,13 @@ impl Default for ProbeLens {
     }
 }
 
-/// A circle in a picture.
+/// Circle in a frame.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Debug, Clone, PartialEq)]
 pub struct ImageCircle {
-    /// In pixels, from the top-left corner.
+    /// Center in pixels, from the top-left corner.
     pub center: Vec2,
-    /// In pixels, finite and above 0.
+    /// Radius in pixels, finite and above 0.
     pub radius: f32,
 }
 
@@ -108,44 +53,11 @@ impl ImageCircle {
     }
 }
 
-/// Why a lens cannot be.
-#[derive(thiserror::Error, Clone, Debug, PartialEq)]
-pub enum LensError {
-    /// The field of view.
-    #[error(
-        "ProbeLens::Fisheye.fov_degrees is {found}; a lens of this projection shows more than 0 and at most {widest} degrees"
-    )]
-    FieldOfView {
-        /// What was given, in degrees.
-        found: f32,
-        /// The widest possible, in degrees.
-        widest: f32,
-    },
-    /// The factor of a sphere map.
-    #[error(
-        "ProbeLens::SphereMap.wrap is {0}; it has to be finite and above 0, and is 1 for a ball that shows all directions"
-    )]
-    Wrap(f32),
-    /// The circle.
-    #[error(
-        "the circle of a ProbeLens has its center at {center} and a radius of {radius} pixels; both have to be finite, the radius above 0"
-    )]
-    Circle {
-        /// Its center in pixels.
-        center: Vec2,
-        /// Its radius in pixels.
-        radius: f32,
-    },
-    /// The camera's factor.
-    #[error("LightProbeCamera.gain is {0}; each channel has to be finite and above 0")]
-    Gain(Vec3),
-}
-
 impl ProbeLens {
-    /// Says what is wrong with it, if anything.
+    /// Validates the settings of the lens.
     ///
     /// # Errors
-    /// A [`LensError`] names the field and what it has to be.
+    /// Returns a [`LensError`] that names the wrong field and its valid range.
     pub fn check(&self) -> Result<(), LensError> {
         let circle = match *self {
             Self::Fisheye { projection, fov_degrees, circle } => {
@@ -180,7 +92,8 @@ impl ProbeLens {
         }
     }
 
-    /// Pixel position at which a picture of a size shows a direction (unit vector, camera space); `None` if it does not.
+    /// Pixel position at which a frame of a size shows a direction (unit vector, camera space); `None` if the
+    /// direction is out of view.
     pub fn pixel(&self, dir_camera: Vec3, size: UVec2) -> Option<Vec2> {
         let ImageCircle { center, radius } = self.circle(size);
         match *self {
@@ -203,7 +116,7 @@ impl ProbeLens {
         }
     }
 
-    /// Direction (unit vector, camera space) that a pixel position shows; `None` outside of the lens's circle.
+    /// Direction (unit vector, camera space) that a pixel position shows; `None` outside the circle of the lens.
     pub fn direction(&self, pixel: Vec2, size: UVec2) -> Option<Vec3> {
         let ImageCircle { center, radius } = self.circle(size);
         let p = (pixel - center) / radius;
@@ -220,7 +133,7 @@ impl ProbeLens {
                 Some(Vec3::new(sin * sin_azimuth, cos, -sin * cos_azimuth))
             }
             Self::SphereMap { wrap, .. } => {
-                // |t·h − wrap·e| = 1 with the half vector h: the farther solution.
+                // The farther solution of |t·h − wrap·e| = 1 with the half vector h.
                 let half = (p.length() <= 1.0).then(|| side.extend((1.0 - side.length_squared()).max(0.0).sqrt()))?;
                 let discriminant = 1.0 - wrap * wrap * (1.0 - half.z * half.z);
                 (discriminant >= 0.0)
@@ -229,7 +142,7 @@ impl ProbeLens {
         }
     }
 
-    /// Numbers for the shader: radii (or the picture's size), middle, projection, half the field of view, wrap.
+    /// Returns the parameters of the lens for frames of a size.
     pub(crate) fn numbers(&self, size: UVec2) -> LensNumbers {
         let ImageCircle { center, radius } = self.circle(size);
         let mut numbers =
@@ -246,15 +159,19 @@ impl ProbeLens {
     }
 }
 
-/// A lens as the shader wants it.
+/// Parameters of a lens in a frame, as the unwrap shader reads them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LensNumbers {
+    /// Radius of the circle in pixels, twice; size of an equirectangular frame; focal lengths of a pinhole camera.
     pub focal: Vec2,
+    /// Center of the circle in pixels; 0 for an equirectangular frame; principal point of a pinhole camera.
     pub center: Vec2,
-    /// 1 ÷ the rim's distance from the middle in focal lengths, at the lens's projection: equidistant, equisolid, stereographic,
-    /// orthographic.
+    /// 1 ÷ the distance of the rim from the center in focal lengths, in the component of the lens's projection:
+    /// equidistant, equisolid, stereographic, orthographic.
     pub projection: Vec4,
+    /// Half the field of view, in radians.
     pub half_fov: f32,
+    /// Factor on the direction to the camera in the half vector of a sphere map.
     pub wrap: f32,
 }
 
@@ -288,7 +205,7 @@ mod tests {
             let mut found = 0;
             for (dir, _) in crate::environment_map::cube_directions(16) {
                 let Some(pixel) = lens.pixel(dir, SIZE) else { continue };
-                // The rim of a ball and of an orthographic lens shows a whole degree within a hundredth of a pixel.
+                // At the rim of a ball and of an orthographic lens, a hundredth of a pixel spans a whole degree.
                 let Some(back) = lens.direction(pixel, SIZE) else { continue };
                 assert!(back.distance(dir) < 5e-3, "{lens:?}: {dir} came back as {back}");
                 found += 1;
@@ -310,7 +227,7 @@ mod tests {
         assert_eq!(lens.pixel(Vec3::Z, SIZE), None);
         let ball = ProbeLens::SphereMap { wrap: 1.0, circle: None };
         assert!(ball.pixel(Vec3::Z, SIZE).expect("the camera itself").distance(Vec2::new(160.0, 120.0)) < 1e-3);
-        // Halfway to the rim in angle of the normal, 45°: light from the right.
+        // Light from the right is halfway to the rim in the angle of the normal, at 45°.
         assert!(
             ball.pixel(Vec3::X, SIZE).expect("seen").distance(Vec2::new(160.0 + 120.0 * 0.5f32.sqrt(), 120.0)) < 1e-2
         );

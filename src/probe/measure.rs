@@ -1,9 +1,14 @@
-//! What one camera sees of the probes, once per new picture or pose.
+//! Measurement of mirrored balls in the frames of the AR camera, once per new frame or pose.
 
 use super::{
-    BallView, ClipRecovery, Ellipse, LightProbeSphere, UniformSky,
-    glance::Glance,
-    recovery::{self, PaperAndBall},
+    ball_view::{BallView, EDGE_MARGIN_PIXELS},
+    clip_recovery::{ClipRecovery, PaperAndBall},
+    clipping::is_clipped,
+    ellipse::Ellipse,
+    history::HistoryHint,
+    light_probe_sphere::{LightProbeSphere, UniformSky},
+    paper::paper_radiance,
+    probe_measurement::{ProbeMeasurement, ProbeView},
     solids::{Surroundings, solids_of},
 };
 use crate::{
@@ -12,61 +17,14 @@ use crate::{
     tracking::{MarkerAnchor, MarkerTracking},
 };
 use bevy::{camera::primitives::Aabb, math::Affine3A, prelude::*};
-use std::{
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::{sync::Arc, time::Instant};
 
-/// What was seen of a probe in the newest picture; on the entity of its [`LightProbeSphere`].
-#[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
-#[reflect(Component, Default, Debug, Clone, PartialEq)]
-pub struct ProbeMeasurement {
-    /// Sequence number of the picture it was measured in; 0 while there has been none.
-    pub sequence: u64,
-    /// Whether the ball is in view: in front of the camera with at least a third of its outline's box inside the picture.
-    /// Otherwise the last good environment stays.
-    pub is_in_view: bool,
-    /// Share of all directions that the ball shows now, 0…1: about 0.9 for a ball in full view, less where a phantom or the picture's
-    /// border covers it. The others keep what was seen lately, or are guessed; the alpha of the
-    /// [`EnvironmentCube`](super::EnvironmentCube) says which.
-    pub seen_share: f32,
-    /// Outline of the ball in the picture.
-    pub outline: Ellipse,
-    /// Share of the ball's pixels of which at least one channel is clipped, 0…1.
-    pub clipped_share: f32,
-    /// Gain of clipped light straight above the marker's paper, per channel; 1 without recovery. From a direction at an angle to
-    /// the paper's normal the factor is 1 + (gain − 1) · cosine. Where the desk tells more,
-    /// [`RecoveredLight`](crate::lighting::RecoveredLight) holds instead.
-    pub gain: Vec3,
-    /// Radiance of the marker's paper in linear camera units, if a marker was seen.
-    pub paper: Option<Vec3>,
-    /// Time the measurement took on the CPU.
-    pub cpu_time: Duration,
-    pub(crate) view: Option<ProbeView>,
-}
-
-/// Everything the unwrap pass has to know; compared to see whether it has to run again.
-#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ProbeView {
-    pub camera: Entity,
-    pub camera_from_world: Mat3,
-    pub center_camera: Vec3,
-    pub radius: f32,
-    pub reflectance: f32,
-    pub edge_angle: f32,
-    pub focal: Vec2,
-    pub center: Vec2,
-    pub gain: Vec3,
-    pub up_camera: Vec3,
-    pub uniform_radiance: Option<Vec3>,
-}
-
-/// Least share of the box around the ball's outline that has to be inside the picture.
-const LEAST_VISIBLE_SHARE: f32 = 0.33;
-/// Of a ball that is cut off further, the gain of clipped light is not measured anew.
-const LEAST_SHARE_FOR_GAIN: f32 = 0.9;
-/// Least radius of a usable ball in the picture, in pixels.
-const LEAST_RADIUS_PIXELS: f32 = 6.0;
+/// Fraction of the box around a ball's outline that must be inside the frame for the ball to be in view.
+const MIN_VISIBLE_FRACTION: f32 = 0.33;
+/// Fraction of that box from which the gain of clipped light is measured; below it, the last gain is kept.
+const MIN_VISIBLE_FRACTION_FOR_GAIN: f32 = 0.9;
+/// Radius in the frame from which a ball is usable, in pixels.
+const MIN_RADIUS_PIXELS: f32 = 6.0;
 
 type ProbeItem = (
     Ref<'static, LightProbeSphere>,
@@ -74,7 +32,7 @@ type ProbeItem = (
     &'static GlobalTransform,
     Option<Ref<'static, UniformSky>>,
     &'static mut ProbeMeasurement,
-    &'static mut Glance,
+    &'static mut HistoryHint,
 );
 
 pub(super) fn measure_probes(
@@ -94,15 +52,16 @@ pub(super) fn measure_probes(
     });
     let marker_changed = anchors.iter().any(|(anchor, tracking)| anchor.is_changed() || tracking.is_changed());
     let solids = solids_of(phantoms.iter());
-    for (probe, clip_recovery, transform, uniform_sky, mut measurement, mut glance) in &mut probes {
+    for (probe, clip_recovery, transform, uniform_sky, mut measurement, mut hint) in &mut probes {
         let center = transform.translation();
         let center_camera = camera_from_world.transform_point3(center);
         let surroundings = Surroundings::new(&solids, &camera_from_world, center, probe.radius);
-        // Out of view, the last view is kept: it must not be taken for the present one when the ball comes back.
+        // While the ball is out of view, its last view is kept. It must not count as the present one when the ball
+        // returns.
         let unchanged = measurement.sequence == frame.sequence
             && measurement.is_in_view
             && !marker_changed
-            && surroundings == *glance.surroundings
+            && surroundings == *hint.surroundings
             && !probe.is_changed()
             && !clip_recovery.is_changed()
             && !uniform_sky.as_ref().is_some_and(|sky| sky.is_changed())
@@ -125,23 +84,24 @@ pub(super) fn measure_probes(
         if let (true, Some(view), Some(ball)) =
             (measured.is_in_view, &measured.view, BallView::new(center_camera, probe.radius))
         {
-            *glance = glance.take(&posed, frame.captured, &ball, view.edge_angle, &Arc::new(surroundings));
-            measured.seen_share = glance.seen_share;
+            *hint = hint.updated(&posed, frame.captured, &ball, view.edge_angle, &Arc::new(surroundings));
+            measured.seen_fraction = hint.seen_fraction;
         }
         let measured = ProbeMeasurement {
             sequence: frame.sequence,
             cpu_time: started.elapsed(),
-            // Out of view is a state: the environment keeps what was seen last.
+            // A ball out of view is a valid state: the environment keeps what was seen last.
             view: measured.view.or(measurement.view),
             ..measured
         };
-        let is_news = *measurement != ProbeMeasurement { cpu_time: measurement.cpu_time, ..measured.clone() };
-        if is_news {
+        let is_changed = *measurement != ProbeMeasurement { cpu_time: measurement.cpu_time, ..measured.clone() };
+        if is_changed {
             *measurement = measured;
         }
     }
 }
 
+/// The frame in which balls are measured, and the marker seen in it: its pose in camera space and its size in meters.
 struct Observer<'a> {
     camera: Entity,
     posed: PosedFrame<'a>,
@@ -163,19 +123,18 @@ impl Observer<'_> {
             return measured;
         };
         measured.outline = ball.outline(&intrinsics);
-        let share = visible_share(&measured.outline, frame.size);
-        measured.is_in_view = ball.radius_pixels(&intrinsics) >= LEAST_RADIUS_PIXELS && share >= LEAST_VISIBLE_SHARE;
+        let visible = visible_fraction(&measured.outline, frame.size);
+        measured.is_in_view = ball.radius_pixels(&intrinsics) >= MIN_RADIUS_PIXELS && visible >= MIN_VISIBLE_FRACTION;
         if !measured.is_in_view {
             return measured;
         }
         let reflectance = probe.reflectance.clamp(0.01, 1.0);
-        measured.clipped_share = clipped_share(frame, &measured.outline);
-        measured.paper =
-            self.seen_marker.and_then(|(pose, size)| recovery::paper_radiance(frame, &intrinsics, &pose, size));
+        measured.clipped_fraction = clipped_fraction(frame, &measured.outline);
+        measured.paper = self.seen_marker.and_then(|(pose, size)| paper_radiance(frame, &intrinsics, &pose, size));
         let up_camera = self.seen_marker.map(|(pose, _)| pose.transform_vector3(Vec3::Y).normalize());
         if let (true, Some(paper), Some(up_camera)) = (clip_recovery.is_enabled, measured.paper, up_camera) {
             let view = PaperAndBall { posed: self.posed, ball: &ball, reflectance, normal_camera: up_camera };
-            let is_whole = share >= LEAST_SHARE_FOR_GAIN;
+            let is_whole = visible >= MIN_VISIBLE_FRACTION_FOR_GAIN;
             measured.gain = if is_whole { view.gain(paper, clip_recovery) } else { last_gain.max(Vec3::ONE) };
         }
         let gray = |paper: Vec3| Vec3::splat(paper.element_sum() / (3.0 * clip_recovery.paper_reflectance));
@@ -185,7 +144,7 @@ impl Observer<'_> {
             center_camera,
             radius: probe.radius,
             reflectance,
-            edge_angle: ball.edge_angle(&intrinsics, recovery::EDGE_MARGIN_PIXELS),
+            edge_angle: ball.edge_angle(&intrinsics, EDGE_MARGIN_PIXELS),
             focal: intrinsics.focal,
             center: intrinsics.center,
             gain: measured.gain,
@@ -196,7 +155,8 @@ impl Observer<'_> {
     }
 }
 
-fn visible_share(outline: &Ellipse, frame_size: UVec2) -> f32 {
+/// Fraction of the box around an outline that lies inside a frame.
+fn visible_fraction(outline: &Ellipse, frame_size: UVec2) -> f32 {
     let half = outline.half_extent();
     let low = (outline.center - half).max(Vec2::ZERO);
     let high = (outline.center + half).min(frame_size.as_vec2());
@@ -204,7 +164,8 @@ fn visible_share(outline: &Ellipse, frame_size: UVec2) -> f32 {
     inside.element_product() / (4.0 * half.element_product())
 }
 
-fn clipped_share(frame: &FramePixels, outline: &Ellipse) -> f32 {
+/// Fraction of the pixels inside an outline that are clipped.
+fn clipped_fraction(frame: &FramePixels, outline: &Ellipse) -> f32 {
     let half = outline.half_extent();
     let low = (outline.center - half).max(Vec2::ZERO).as_ivec2();
     let high = (outline.center + half).min(frame.size.as_vec2() - 1.0).as_ivec2();
@@ -213,7 +174,7 @@ fn clipped_share(frame: &FramePixels, outline: &Ellipse) -> f32 {
         for x in low.x..=high.x {
             if outline.contains(Vec2::new(x as f32 + 0.5, y as f32 + 0.5)) {
                 all += 1;
-                clipped += u32::from(recovery::is_clipped(frame, x, y));
+                clipped += u32::from(is_clipped(frame, x, y));
             }
         }
     }

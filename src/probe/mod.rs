@@ -1,77 +1,92 @@
-//! Frame + ball pose → raw environment cube.
+//! Light probes: where a mirrored ball or a probe camera is, and what it shows.
 //!
-//! **Enters:** the camera's newest picture, its pose and intrinsics, the pose of a [`LightProbeSphere`], phantoms around it, and for the
-//! clipped lights the pose of a marker; or the picture of a [`LightProbeCamera`]. **Leaves:** an [`EnvironmentCube`] on the ball's entity, rewritten on the GPU whenever
-//! something it depends on has changed, and a [`ProbeMeasurement`] that says what was seen.
+//! **Enters:** the AR camera's newest frame, with its pose and intrinsics; the pose of a [`LightProbeSphere`]; the
+//! phantoms around it; for clipped lights the pose of a marker; and the frames of every [`LightProbeCamera`].
+//! **Leaves:** on the entity of each ball a [`ProbeMeasurement`] with the results, and private components from which
+//! [`unwrap`](crate::unwrap) writes the [`EnvironmentCube`]. The stage also allocates that cube, one for all probes,
+//! and chooses the [`EnvironmentFallback`] that lights the scene until something has been measured.
 //!
 //! # Frames and units
-//! The cube is in world axes and Bevy's left-handed cube convention (a lookup negates z). It holds radiance in linear camera
-//! units: the picture divided by the ball's reflectance, times the recovery's gain where the camera had clipped.
+//! Camera space is Bevy's (−Z forward, +Y up), in meters. Radiance is in linear camera units: the frame divided by
+//! the ball's reflectance, times the gain of the clip recovery where the camera had clipped.
 //!
-//! # What nobody sees
-//! The ball hides a cone behind itself (half angle asin(radius/distance), about 4° at 0.75 m), the outermost 1.5 pixels of its picture mix
-//! with the background, phantoms stand in front of it, the picture ends. Every texel has a confidence (pixels per texel where it is seen;
-//! a third is left after four seconds, less if the rest has changed) and takes the best there is, blended without an edge:
-//! 1. what is seen now, unless it was seen much finer not long ago and still looks like that,
-//! 2. towards the rim and behind it, where the ball is coarse: the camera's own picture of the phantoms that lie there (as boxes; by
-//!    direction where none does, once there are any),
-//! 3. behind the rim: an ever longer arc of the rim,
-//! 4. elsewhere: what was seen earlier, scaled as the rest of the picture has become brighter or darker,
-//! 5. the [`EnvironmentFallback`], until something has been measured.
+//! # What is measured
+//! - the outline of the ball in the frame, and whether enough of it is in view,
+//! - the fraction of all directions that the ball shows, with the frame's border and phantoms in front of it taken into
+//!   account,
+//! - how much brighter the visible directions have become since the frame before, and how much they have changed;
+//!   [`unwrap`](crate::unwrap) ages its history accordingly,
+//! - the fraction of clipped pixels, the radiance of the marker's paper, and the gain of clipped light.
 //!
-//! # Several pictures, one cube
-//! All balls and every [`LightProbeCamera`] (fisheye, 360°, sphere map) write one cube, one after the other; where several see, the finer
-//! picture wins. So a fisheye that looks up and a ball that shows the rest become one environment (row A9).
+//! A measurement is repeated only if the frame, a pose, a setting or the phantoms have changed.
 //!
-//! # As sharp as the picture
-//! A mirror that reads the cube linearly between its texels should show the pixels of the picture again, not a blur of them. What the
-//! passages between pixels and between texels spread over the neighbors is therefore taken back from them. Clipped pixels are left as they
-//! are; what a lamp has spread into its neighbors goes, for a clipped lamp counts as white already.
-//!
-//! # Clipped light, first form
-//! An 8-bit camera shows a lamp no brighter than white paper. What the clipped pixels of the ball lack is told by the marker's
-//! paper: the irradiance the ball predicts at it must be what its brightness says, π · paper ÷ paper reflectance (after Debevec
-//! et al. 2012, *A single-shot light probe*, with one equation per channel). Of all answers [`ClipRecovery`] takes the one
-//! with the least extra light in the least-squares sense: clipped light from a direction is multiplied by
-//! 1 + (gain − 1) · cosine to the paper's normal, light from below the horizon by 1. So windows that the paper barely sees are
-//! not blown up for the lamp above. Which of several lamps is the strong one needs more equations than one sheet of paper gives:
-//! the stage [`lighting`](crate::lighting) takes them from all that stands on the desk and hands a gain per direction back, which
-//! replaces this one a picture later (in lockstep at once).
+//! # Clipped light, first estimate
+//! An 8-bit camera shows a lamp no brighter than white paper. The marker's paper makes up for what the clipped pixels
+//! of the ball lack: the irradiance that the ball predicts at the paper must equal the irradiance that the paper's
+//! brightness implies, π · paper ÷ paper reflectance (after Debevec et al. 2012, *A single-shot light probe*, with
+//! one equation per channel). Of all solutions [`ClipRecovery`] takes the one with the least extra light in the
+//! least-squares sense: clipped light from a direction is multiplied by 1 + (gain − 1) · cosine to the paper's
+//! normal, light from below the horizon by 1. Windows that the paper barely sees are thus not brightened on behalf of
+//! the lamp above. One sheet of paper does not give enough equations to decide which of several lamps is the strong
+//! one. The stage [`lighting`](crate::lighting) takes further equations from everything that stands on the desk and
+//! returns a gain per direction, which replaces this one a frame later (in lockstep at once).
 //!
 //! # Cost
-//! One compute dispatch of 6 · size² threads per picture, each with three searches for a pixel, as many lookups of four pixels as it covers
-//! pixels (one for balls up to some 250 pixels across, at most 16) and one of twelve for what is spread, and a copy of the cube; on the CPU 12 000 picture lookups per new picture
-//! for the recovery and 216 for what has changed.
+//! On the CPU 12 000 lookups in each new frame for the clip recovery, and 216 to detect changes.
 //!
 //! # Limits
-//! Round phantoms hide as much as the boxes around them. What the camera's picture adds comes from the point on the box, as matte things
-//! would. All probes are merged by direction, as if they stood at one place.
+//! Phantoms hide as much as the boxes around their meshes, which is a little too much for round ones.
 
-mod ball_picture;
+mod ball_photo;
+mod ball_view;
+mod choose_fallbacks;
+mod clip_recovery;
+mod clipping;
+mod ellipse;
 mod fallback;
-mod glance;
+mod fisheye_projection;
+mod history;
 mod lens;
+mod lens_error;
+mod light_probe_sphere;
 mod measure;
-mod mirror_ball;
+mod paper;
 mod probe_camera;
-mod recovery;
+mod probe_measurement;
+mod sky_gradient;
 mod solids;
 
-pub use ball_picture::{BallPicture, BallPictureError};
-pub use fallback::{EnvironmentFallback, EnvironmentOrigin, SkyGradient};
-pub use lens::{FisheyeProjection, ImageCircle, LensError, ProbeLens};
-pub use measure::ProbeMeasurement;
-pub use mirror_ball::{BallView, Ellipse};
+pub use ball_photo::{BallPhoto, BallPhotoError};
+pub use ball_view::BallView;
+pub use clip_recovery::{ClipEvidence, ClipRecovery};
+pub use ellipse::Ellipse;
+pub use fallback::{EnvironmentFallback, EnvironmentOrigin};
+pub use fisheye_projection::FisheyeProjection;
+pub use lens::{ImageCircle, ProbeLens};
+pub use lens_error::LensError;
+pub use light_probe_sphere::{BallSurface, LightProbeSphere, UniformSky};
 pub use probe_camera::{LightProbeCamera, ProbeCameraState};
-pub use recovery::{ClipEvidence, ClipRecovery};
+pub use probe_measurement::ProbeMeasurement;
+pub use sky_gradient::SkyGradient;
 
-pub(crate) use fallback::FallbackPicture;
-pub(crate) use glance::Glance;
+pub(crate) use ball_view::EDGE_MARGIN_PIXELS;
+pub(crate) use clipping::{MAX_SATURATION, WHITE_FROM, clipped_from_linear, gain_limits};
+pub(crate) use fallback::FallbackImage;
+pub(crate) use history::HistoryHint;
 pub(crate) use lens::LensNumbers;
-pub(crate) use measure::ProbeView;
+pub(crate) use paper::{MARGIN_CELLS, SQUARE_CELLS};
 pub(crate) use probe_camera::LensView;
-pub(crate) use recovery::{EDGE_MARGIN_PIXELS, MOST_SATURATION, WHITE_FROM, clipped_from_linear, gain_limits};
+pub(crate) use probe_measurement::ProbeView;
 pub(crate) use solids::{SolidUniform, Surroundings};
+
+/// Old name of [`BallPhoto`].
+#[deprecated(since = "0.1.0", note = "use `BallPhoto`")]
+#[doc(hidden)]
+pub type BallPicture<'a> = BallPhoto<'a>;
+/// Old name of [`BallPhotoError`].
+#[deprecated(since = "0.1.0", note = "use `BallPhotoError`")]
+#[doc(hidden)]
+pub type BallPictureError = BallPhotoError;
 
 #[doc(hidden)]
 pub use crate::environment_map::{CubeWrites, EnvironmentCube};
@@ -79,88 +94,7 @@ pub use crate::environment_map::{CubeWrites, EnvironmentCube};
 use crate::{MirrorballSystems, camera::ArCamera, environment_map::LitByGame};
 use bevy::{light::EnvironmentMapLight, prelude::*, shader::load_shader_library};
 
-/// A mirrored ball standing in the real scene; its center is the entity's origin.
-///
-/// ```
-/// # use bevy::prelude::*;
-/// # use bevy_mirrorball::prelude::*;
-/// # fn setup(mut commands: Commands) {
-/// // a 10 cm ball on the desk, 17 cm to the right of the marker
-/// commands.spawn((MarkerAnchor::new(0, 0.10), WorldOrigin, children![
-///     (LightProbeSphere { radius: 0.05, ..default() }, Transform::from_xyz(0.17, 0.05, 0.01)),
-/// ]));
-/// # }
-/// ```
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
-#[reflect(Component, Default, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility, ProbeMeasurement, ClipRecovery, glance::Glance)]
-pub struct LightProbeSphere {
-    /// Radius in metres. Finite and above 0. Defaults to 0.05.
-    pub radius: f32,
-    /// Share of the light the ball mirrors, 0…1 (exclusive of 0); the picture is divided by it. Polished chrome about
-    /// 0.65, silvered glass about 0.9. Defaults to 0.9. A ball below [`DARK`](Self::DARK) beside a brighter one is a second,
-    /// shorter exposure in the same picture: it tells how bright the lamps are that the bright one shows clipped
-    /// ([`lighting`](crate::lighting)), and is no environment of its own.
-    pub reflectance: f32,
-    /// Whether the reflectance depends on the angle. Defaults to [`BallSurface::Mirror`].
-    pub surface: BallSurface,
-}
-
-impl LightProbeSphere {
-    /// Balls of lower reflectance (black glass and lacquer have 0.04) only measure lamps.
-    pub const DARK: f32 = 0.2;
-
-    /// Whether it only measures lamps.
-    pub fn is_dark(&self) -> bool {
-        self.reflectance < Self::DARK
-    }
-}
-
-/// What a ball is made of.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[reflect(Default, Debug, Clone, PartialEq)]
-pub enum BallSurface {
-    /// A mirror: the same reflectance at all angles.
-    #[default]
-    Mirror,
-    /// Black glass, lacquer or another clear coat over black: the reflectance is that of a perpendicular look and grows towards
-    /// the rim (Fresnel).
-    Dielectric,
-}
-
-impl BallSurface {
-    /// Share of unpolarized light that is mirrored at an angle of incidence, given as its cosine.
-    pub fn reflectance_at(self, perpendicular: f32, cosine: f32) -> f32 {
-        if self == Self::Mirror {
-            return perpendicular;
-        }
-        // Fresnel's equations with the refractive index that gives the perpendicular reflectance.
-        let root = perpendicular.clamp(0.0, 0.98).sqrt();
-        let index = (1.0 + root) / (1.0 - root);
-        let cos = cosine.clamp(0.0, 1.0);
-        let inside = (1.0 - (1.0 - cos * cos) / (index * index)).sqrt();
-        let across = (cos - index * inside) / (cos + index * inside);
-        let along = (index * cos - inside) / (index * cos + inside);
-        0.5 * (across * across + along * along)
-    }
-}
-
-impl Default for LightProbeSphere {
-    fn default() -> Self {
-        Self { radius: 0.05, reflectance: 0.9, surface: BallSurface::Mirror }
-    }
-}
-
-/// On a [`LightProbeSphere`]: light the scene by a sky of one radiance instead of what the ball shows, for comparison.
-#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
-#[reflect(Component, Default, Debug, Clone, PartialEq)]
-pub struct UniformSky {
-    /// Radiance in linear camera units. Defaults to `None`: the gray that makes the marker's paper as bright as it is in
-    /// the picture (1.0 while no marker has been seen).
-    pub radiance: Option<Vec3>,
-}
-
-/// Measures the light that falls on the probes.
+/// Plugin of the probe stage: measures what light probes show.
 pub struct ProbePlugin;
 
 impl Plugin for ProbePlugin {
@@ -181,8 +115,8 @@ impl Plugin for ProbePlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    (measure::measure_probes, probe_camera::view_through_lenses),
-                    fallback::choose_fallbacks.run_if(resource_exists::<Assets<Image>>),
+                    (measure::measure_probes, probe_camera::update_lens_views),
+                    choose_fallbacks::choose_fallbacks.run_if(resource_exists::<Assets<Image>>),
                 )
                     .chain()
                     .in_set(MirrorballSystems::Measure),
@@ -190,13 +124,13 @@ impl Plugin for ProbePlugin {
     }
 }
 
-/// Makes the libraries of balls and boxes known to the shaders of a plugin.
+/// Loads the shader libraries of balls and solids, for shaders that import them.
 pub(crate) fn load_shaders(app: &mut App) {
-    load_shader_library!(app, "mirror_ball.wgsl");
+    load_shader_library!(app, "ball_view.wgsl");
     load_shader_library!(app, "solids.wgsl");
 }
 
-/// The one environment cube.
+/// Environment cube that all probes share.
 #[derive(Resource)]
 struct SharedCube(EnvironmentCube);
 
@@ -218,23 +152,4 @@ fn allocate_cubes(
         commands.entity(probe).insert(cube.clone());
     }
     commands.insert_resource(SharedCube(cube));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn glass_mirrors_more_towards_the_rim() {
-        // Refractive index 1.5: 4 % perpendicular, 8.9 % at 60° (Hecht, Optics, 4.6), all of it when grazing.
-        let glass = |degrees: f32| BallSurface::Dielectric.reflectance_at(0.04, degrees.to_radians().cos());
-        assert!(
-            (glass(0.0) - 0.04).abs() < 1e-4 && (glass(60.0) - 0.0892).abs() < 5e-4,
-            "{} {}",
-            glass(0.0),
-            glass(60.0)
-        );
-        assert!(glass(89.99) > 0.99);
-        assert_eq!(BallSurface::Mirror.reflectance_at(0.9, 0.1), 0.9);
-    }
 }

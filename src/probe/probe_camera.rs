@@ -1,22 +1,24 @@
-//! Cameras whose own picture is the light: fisheyes that look up, 360° cameras, pictures of balls that others took.
+//! Probe cameras: cameras that face the light itself, such as fisheyes that look up and 360° cameras, and
+//! photographs of balls from other sources.
 
 use super::{
-    ProbeLens,
-    lens::{LensError, LensNumbers},
+    lens::{LensNumbers, ProbeLens},
+    lens_error::LensError,
 };
 use crate::camera::CameraFrame;
 use bevy::prelude::*;
 
-/// A second camera that looks at the light itself; beside a [`CameraFeed`](crate::camera::CameraFeed) on an entity without an
-/// [`ArCamera`](crate::camera::ArCamera). The entity's transform says where it looks (along −Z, +Y up).
+/// Second camera that faces the light itself. It belongs on an entity with a
+/// [`CameraFeed`](crate::camera::CameraFeed) and without an [`ArCamera`](crate::camera::ArCamera). The entity's
+/// transform is the camera's pose (it looks along −Z, +Y up).
 ///
-/// What it sees goes into the one environment, together with what mirrored balls show: in each direction the finer picture wins.
+/// Its frames and the mirrored balls contribute to one environment; in each direction the finer frame wins.
 ///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_mirrorball::{prelude::*, probe::{LightProbeCamera, ProbeLens, FisheyeProjection}};
 /// # fn setup(mut commands: Commands) {
-/// // a fisheye on the desk that looks at the ceiling, its upper picture border towards −Z
+/// // A fisheye on the desk that looks at the ceiling, with the upper border of its frame towards −Z.
 /// let lens = ProbeLens::Fisheye { projection: FisheyeProjection::Equisolid, fov_degrees: 180.0, circle: None };
 /// commands.spawn((
 ///     LightProbeCamera { lens, ..default() },
@@ -29,10 +31,11 @@ use bevy::prelude::*;
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[require(Transform, Visibility, ProbeCameraState)]
 pub struct LightProbeCamera {
-    /// How its picture shows directions. Defaults to an equidistant fisheye of 180°.
+    /// Lens: the mapping between pixels and directions. Defaults to an equidistant fisheye of 180°.
     pub lens: ProbeLens,
-    /// Factor that turns this camera's units into those of the AR camera, per channel: two cameras seldom agree on exposure and
-    /// white balance; [`CameraMatch::gain`](crate::lighting::CameraMatch::gain) is it, measured. Finite and above 0. Defaults to 1.
+    /// Factor from this camera's units to those of the AR camera, per channel, because two cameras seldom agree on
+    /// exposure and white balance. [`CameraMatch::gain`](crate::lighting::CameraMatch::gain) measures it. Finite and
+    /// above 0. Defaults to 1.
     pub gain: Vec3,
 }
 
@@ -42,20 +45,20 @@ impl Default for LightProbeCamera {
     }
 }
 
-/// How a [`LightProbeCamera`] is doing.
+/// State of a [`LightProbeCamera`].
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub enum ProbeCameraState {
-    /// No picture has arrived.
+    /// No frame has arrived.
     #[default]
     Waiting,
-    /// Its pictures become light.
+    /// Its frames contribute to the environment.
     Measuring,
-    /// Something is wrong with its numbers; the text says what to change.
+    /// A setting is invalid; the text names it and its valid range.
     Refused(String),
 }
 
-/// What the unwrap pass has to know; compared to see whether it has to run again.
+/// View of one probe camera, as input of the unwrap pass. It is compared to detect whether the pass has to run again.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LensView {
     pub sequence: u64,
@@ -74,7 +77,7 @@ type SeeingCamera = (
     Option<&'static LensView>,
 );
 
-pub(super) fn view_through_lenses(mut commands: Commands, mut cameras: Query<SeeingCamera>) {
+pub(super) fn update_lens_views(mut commands: Commands, mut cameras: Query<SeeingCamera>) {
     for (entity, camera, frame, place, mut state, view) in &mut cameras {
         let gain = camera.gain;
         let checked = camera.lens.check().and_then(|()| {

@@ -1,23 +1,25 @@
-//! Real things as boxes: what hides the ball from the camera, and what lies where the ball cannot show it.
+//! Solids: boxes around real objects, which hide a ball from the camera or stand where the ball cannot show them.
 //!
-//! Phantoms count as the boxes around their meshes, in the meshes' own axes: exact for desks and boxes, a little too much for
-//! anything round. WGSL twin: `solids.wgsl`.
+//! A phantom counts as the box around its mesh, in the mesh's own axes. That is exact for desks and boxes, and a
+//! little too large for anything round. WGSL twin: `solids.wgsl`.
 
 use crate::phantom::{PhantomObject, StageRole};
 use bevy::{camera::primitives::Aabb, math::Affine3A, prelude::*, render::render_resource::ShaderType};
 
-/// Half of a plane's thickness, in metres.
-const LEAST_HALF_SIZE: f32 = 1e-4;
+/// Lower bound of a box's half size in meters, which gives planes a thickness.
+const MIN_HALF_SIZE: f32 = 1e-4;
 
-/// A box in the world.
+/// Box in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Solid {
-    /// To the cube −1…1.
+    /// Map from world space to the cube −1…1.
     unit_from_world: Affine3A,
     center: Vec3,
-    /// Of the sphere around it, in metres.
+    /// Radius of the bounding sphere, in meters.
     radius: f32,
+    /// Whether the box hides a ball behind it.
     blocks: bool,
+    /// Whether the camera's view of the box can replace the ball's.
     shows: bool,
 }
 
@@ -30,7 +32,7 @@ pub(crate) struct SolidUniform {
 }
 
 impl SolidUniform {
-    /// Is never hit: far behind the camera.
+    /// Box that no ray hits, far behind the camera.
     pub(crate) const NOTHING: Self = Self {
         x: Vec4::new(1e6, 0.0, 0.0, 1e12),
         y: Vec4::new(0.0, 1e6, 0.0, 1e12),
@@ -43,7 +45,7 @@ impl Solid {
         let center = world_from_mesh.transform_point3a(bounds.center);
         let axes = [0, 1, 2].map(|i| {
             let axis = world_from_mesh.matrix3.col(i) * bounds.half_extents[i];
-            axis.length().max(LEAST_HALF_SIZE) * world_from_mesh.matrix3.col(i).normalize_or_zero()
+            axis.length().max(MIN_HALF_SIZE) * world_from_mesh.matrix3.col(i).normalize_or_zero()
         });
         let world_from_unit =
             Affine3A { matrix3: bevy::math::Mat3A::from_cols(axes[0], axes[1], axes[2]), translation: center };
@@ -57,7 +59,7 @@ impl Solid {
         })
     }
 
-    /// Whether a point lies inside, as the center of a ball does in its own stand-in.
+    /// Whether a point lies inside the box. The center of a ball lies inside the phantom of that ball.
     fn contains(&self, point: Vec3) -> bool {
         self.unit_from_world.transform_point3(point).abs().max_element() <= 1.0
     }
@@ -68,12 +70,12 @@ impl Solid {
     }
 }
 
-/// What stands around one ball, in camera space.
+/// Solids around one ball, in camera space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Surroundings {
-    /// What may come between camera and ball.
+    /// Solids that may come between the camera and the ball.
     pub blockers: Vec<SolidUniform>,
-    /// What the ball mirrors.
+    /// Solids that the ball mirrors.
     pub shown: Vec<SolidUniform>,
 }
 
@@ -94,14 +96,14 @@ impl Surroundings {
         }
     }
 
-    /// How much of the view from the camera to a point (camera space) is free, 0…1; falls off over `margin` metres.
-    pub(super) fn view_of(&self, point: Vec3, margin: f32) -> f32 {
+    /// Visibility of a point (camera space) from the camera, 0…1. It falls off over `margin` meters beside a blocker.
+    pub(super) fn visibility_of(&self, point: Vec3, margin: f32) -> f32 {
         self.blockers.iter().map(|solid| 1.0 - solid.hidden_share(margin, point)).product()
     }
 }
 
 impl SolidUniform {
-    /// Twin of `inside_of`: where a ray is inside of the box blown up by `grown`.
+    /// Interval of a ray inside the box scaled by `grown`. Twin of `inside_of` in `solids.wgsl`.
     fn inside_of(&self, grown: Vec3, origin: Vec3, dir: Vec3) -> Vec2 {
         let map = |v: Vec4| Vec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v));
         let from = map(origin.extend(1.0));
@@ -110,7 +112,8 @@ impl SolidUniform {
         Vec2::new(a.min(b).max_element(), a.max(b).min_element())
     }
 
-    /// Twin of `hidden_share`.
+    /// Fraction of the view from the camera to a point that the box hides, 0…1. Twin of `hidden_share` in
+    /// `solids.wgsl`.
     fn hidden_share(&self, margin: f32, point: Vec3) -> f32 {
         let scale = [self.x, self.y, self.z].map(|row| row.truncate().length());
         let span = self.inside_of(Vec3::ONE + margin * Vec3::from_array(scale), Vec3::ZERO, point);
@@ -119,7 +122,7 @@ impl SolidUniform {
     }
 }
 
-/// All phantoms that have a shape.
+/// Solids of all phantoms that have a mesh.
 pub(super) fn solids_of<'a>(
     phantoms: impl Iterator<Item = (&'a StageRole, &'a Aabb, &'a GlobalTransform)>,
 ) -> Vec<Solid> {
@@ -143,9 +146,9 @@ mod tests {
     fn a_box_before_the_ball_hides_what_is_behind_it_and_softly_what_is_beside() {
         let solid = box_at(Vec3::new(0.02, 0.0, -0.4), Vec3::new(0.02, 0.1, 0.02));
         let around = Surroundings::new(&[solid], &Affine3A::IDENTITY, Vec3::new(0.0, 0.0, -0.8), 0.05);
-        let view = |x: f32| around.view_of(Vec3::new(x, 0.0, -0.8), 0.005);
+        let view = |x: f32| around.visibility_of(Vec3::new(x, 0.0, -0.8), 0.005);
         assert_eq!((view(0.03), view(-0.03)), (0.0, 1.0));
-        // The nearer edge, at 0.38 m, covers x < 0 at the ball; beside it the view opens within some millimetres.
+        // The nearer edge, at 0.38 m, covers x < 0 at the ball; beside it the view opens within some millimeters.
         let opening: Vec<f32> = (0..10).map(|i| view(-0.0015 * i as f32)).collect();
         assert!(
             opening.windows(2).all(|w| w[1] >= w[0]) && opening.iter().any(|v| (0.1..0.9).contains(v)),
@@ -158,7 +161,7 @@ mod tests {
             0.05,
         );
         assert!(behind.blockers.is_empty() && behind.shown.len() == 1);
-        assert_eq!(around.view_of(Vec3::new(0.03, 0.0, -0.2), 0.005), 1.0, "before the box");
+        assert_eq!(around.visibility_of(Vec3::new(0.03, 0.0, -0.2), 0.005), 1.0, "before the box");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 #define_import_path bevy_mirrorball::unwrap::ball
 
-#import bevy_mirrorball::probe::mirror_ball::{
+#import bevy_mirrorball::probe::ball_view::{
     angle_from, ball_point, neighboring_normal_angle, normal_angle, side_of,
 }
 #import bevy_mirrorball::probe::solids::{hidden_share, inside_of}

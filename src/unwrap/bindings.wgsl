@@ -2,7 +2,7 @@
 
 #define_import_path bevy_mirrorball::unwrap::bindings
 
-#import bevy_mirrorball::probe::mirror_ball::Ball
+#import bevy_mirrorball::probe::ball_view::Ball
 #import bevy_mirrorball::probe::solids::Solid
 
 /// Mirror of `UnwrapUniform` in `unwrap_uniform.rs`.

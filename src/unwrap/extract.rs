@@ -5,7 +5,7 @@ use crate::{
     camera::{CameraFrame, FrameTexture},
     environment_map::EnvironmentCube,
     lighting::ClipGains,
-    probe::{FallbackPicture, Glance, LensView, ProbeMeasurement},
+    probe::{FallbackImage, HistoryHint, LensView, ProbeMeasurement},
 };
 use bevy::{prelude::*, render::Extract};
 use std::time::Duration;
@@ -33,14 +33,14 @@ pub(super) struct ExtractedSource {
 }
 
 type SeenBall =
-    (Entity, &'static ProbeMeasurement, &'static Glance, &'static EnvironmentCube, Option<&'static ClipGains>);
+    (Entity, &'static ProbeMeasurement, &'static HistoryHint, &'static EnvironmentCube, Option<&'static ClipGains>);
 type SeenFrame = (Entity, &'static LensView, &'static CameraFrame, &'static FrameTexture, &'static EnvironmentCube);
 
 pub(super) fn extract_sources(
     mut extracted: ResMut<ExtractedSources>,
     probes: Extract<Query<SeenBall>>,
     lenses: Extract<Query<SeenFrame>>,
-    fallbacks: Extract<Query<(Entity, &FallbackPicture, &EnvironmentCube)>>,
+    fallbacks: Extract<Query<(Entity, &FallbackImage, &EnvironmentCube)>>,
     cameras: Extract<Query<&FrameTexture>>,
 ) {
     extracted.sources.clear();
@@ -48,8 +48,8 @@ pub(super) fn extract_sources(
     let mut shared_cube = None;
     for (entity, fallback, cube) in &fallbacks {
         shared_cube = Some(cube.0.id());
-        extracted.measured_fraction = fallback.share;
-        if fallback.share < 1.0 {
+        extracted.measured_fraction = fallback.measured_fraction;
+        if fallback.measured_fraction < 1.0 {
             extracted.sources.push(ExtractedSource {
                 entity,
                 frame: fallback.image.id(),
@@ -61,7 +61,7 @@ pub(super) fn extract_sources(
             });
         }
     }
-    for (entity, measurement, glance, cube, gains) in &probes {
+    for (entity, measurement, hint, cube, gains) in &probes {
         shared_cube = Some(cube.0.id());
         let Some(view) = measurement.view else { continue };
         let Ok(texture) = cameras.get(view.camera) else { continue };
@@ -70,10 +70,10 @@ pub(super) fn extract_sources(
             entity,
             frame: texture.image.id(),
             sequence: measurement.sequence,
-            captured: glance.captured,
-            view: SourceView::Ball(view, gains, glance.surroundings.clone()),
-            scale: glance.scale,
-            change: glance.change,
+            captured: hint.captured,
+            view: SourceView::Ball(view, gains, hint.surroundings.clone()),
+            scale: hint.scale,
+            change: hint.change,
         });
     }
     for (entity, view, frame, texture, cube) in &lenses {

@@ -29,7 +29,7 @@ fn frame_pixel(pixel: vec2i) -> vec3f {
 }
 
 /// Pixel with its clipped channels multiplied by a gain, up to the limit that its other channels make likely. Twin of
-/// `gain_limits` in `recovery.rs`.
+/// `gain_limits` in `clipping.rs`.
 fn recovered(pixel: vec2i, gain: vec3f) -> vec3f {
     let value = frame_pixel(pixel);
     let is_clipped = value >= vec3f(unwrap.clipped_from);

@@ -1,9 +1,9 @@
 //! Uniform of the unwrap pass.
 
-use crate::probe::{LensNumbers, MOST_SATURATION, ProbeView, WHITE_FROM, clipped_from_linear};
+use crate::probe::{LensNumbers, MAX_SATURATION, ProbeView, WHITE_FROM, clipped_from_linear};
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
-/// Mirror of `Ball` in `mirror_ball.wgsl`.
+/// Mirror of `Ball` in `ball_view.wgsl`.
 #[derive(ShaderType, Clone, Copy)]
 struct BallUniform {
     center_camera: Vec3,
@@ -48,7 +48,7 @@ impl UnwrapUniform {
             center: numbers.center,
             gain: gain.extend(0.0),
             up_camera: Vec3::ZERO,
-            max_saturation: MOST_SATURATION,
+            max_saturation: MAX_SATURATION,
             uniform_radiance: Vec3::ZERO,
             white_from: WHITE_FROM,
             history_scale: Vec3::ONE,

@@ -216,10 +216,10 @@ fn a_clipped_lamp_is_raised_until_it_explains_the_paper() {
     println!(
         "paper {paper}, gain {}, irradiance/π {unrecovered} → {recovered}, wanted {wanted}; {:.1} % clipped",
         measurement.gain,
-        1e2 * measurement.clipped_share
+        1e2 * measurement.clipped_fraction
     );
     assert!((paper - PAPER).abs().max_element() < 0.01);
-    assert!(measurement.gain.min_element() > 2.0 && measurement.clipped_share > 0.0);
+    assert!(measurement.gain.min_element() > 2.0 && measurement.clipped_fraction > 0.0);
     assert!(((recovered - wanted) / wanted).abs().max_element() <= PAPER_TOLERANCE);
     assert!((unrecovered / wanted).max_element() < 0.6, "without recovery the room would be too dark");
 }

@@ -4,7 +4,10 @@ use super::{
     desk_frame::{DeskGeometry, Paper},
     ray_cast::sphere_is_hit,
 };
-use crate::camera::{FramePixels, Intrinsics};
+use crate::{
+    camera::{FramePixels, Intrinsics},
+    probe::{MARGIN_CELLS, SQUARE_CELLS},
+};
 use bevy::{math::Affine3A, prelude::*};
 
 /// Surface that a point belongs to.
@@ -35,7 +38,7 @@ const MIN_VIEW_COSINE: f32 = 0.2;
 pub(super) fn paper_points(papers: &[Paper]) -> Vec<SamplePoint> {
     let mut points = Vec::new();
     for paper in papers {
-        let middle_of_margin = paper.size * 4.5 / 8.0;
+        let middle_of_margin = paper.size * MARGIN_CELLS / SQUARE_CELLS;
         let normal_world = paper.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
         for step in 0..PAPER_STEPS {
             let along = (2.0 * step as f32 / PAPER_STEPS as f32 - 1.0) * middle_of_margin;

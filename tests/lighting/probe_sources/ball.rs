@@ -16,7 +16,7 @@ fn a_covered_ball_keeps_what_it_showed_before() {
     let camera = add_camera(&mut app, pose, photograph(pose, |_| false));
     let probe = add_ball(&mut app);
     settle(&mut app);
-    let free = app.world().get::<ProbeMeasurement>(probe).expect("a required component").seen_share;
+    let free = app.world().get::<ProbeMeasurement>(probe).expect("a required component").seen_fraction;
 
     // A plate halfway to the ball, over the right half of it.
     let eye = pose.translation;
@@ -35,11 +35,11 @@ fn a_covered_ball_keeps_what_it_showed_before() {
     let (error, darkest) = judge(&cube, is_behind_plate);
     println!(
         "seen {free:.2} → {:.2} of all directions; behind the plate off by {:.1} %, darkest {darkest:.2}",
-        measurement.seen_share,
+        measurement.seen_fraction,
         100.0 * error
     );
     assert!(measurement.is_in_view && free > 0.8);
-    assert!((0.3..0.65).contains(&(measurement.seen_share / free)));
+    assert!((0.3..0.65).contains(&(measurement.seen_fraction / free)));
     assert!(error < BALL_TOLERANCE && darkest > 0.1);
     let (everywhere, _) = judge(&cube, |dir| dir.dot(axis) > -0.6);
     assert!(everywhere < BALL_TOLERANCE, "{everywhere}");
@@ -62,9 +62,9 @@ fn a_ball_cut_off_by_the_border_is_used_as_far_as_it_goes() {
     let (_, darkest_of_all) = judge(&cube, |_| true);
     println!(
         "{:.2} seen, off by {:.1} %, darkest {darkest:.2} there, {darkest_of_all:.2} anywhere",
-        measurement.seen_share,
+        measurement.seen_fraction,
         100.0 * seen
     );
-    assert!(measurement.is_in_view && (0.2..0.7).contains(&measurement.seen_share));
+    assert!(measurement.is_in_view && (0.2..0.7).contains(&measurement.seen_fraction));
     assert!(seen < BALL_TOLERANCE && darkest_of_all > 0.05);
 }

@@ -1,8 +1,9 @@
-//! A photograph of a mirrored ball, unwrapped on the CPU: for tools, and the shader's twin for tests.
+//! Photographs of mirrored balls, unwrapped on the CPU: for tools, and in tests as the reference of the shaders of
+//! `unwrap`.
 
 use super::{
-    BallView,
-    recovery::{EDGE_MARGIN_PIXELS, is_clipped},
+    ball_view::{BallView, EDGE_MARGIN_PIXELS},
+    clipping::is_clipped,
 };
 use crate::{
     camera::{FramePixels, Intrinsics},
@@ -11,104 +12,107 @@ use crate::{
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
-/// As in the shaders of `unwrap`, where the reasons are.
+/// The constants from here on are those of the shaders of `unwrap`, which give the reasons.
 const SHARP_BALL: f32 = 2.0;
 const SMOOTH: f32 = 1.0;
 const LEAK: f32 = 0.4;
-const MOST_LEAK: f32 = 0.25;
+const MAX_LEAK: f32 = 0.25;
 const COARSE: [f32; 2] = [0.5, 1.0];
 const RIM: [f32; 2] = [0.6, 0.15];
 const RING: u32 = 12;
-const MOST_SAMPLES: f32 = 4.0;
-/// Shorter hidden cones than this many degrees are as good as none.
-const LEAST_HIDDEN_DEGREES: f32 = 0.5;
+const MAX_SAMPLES: f32 = 4.0;
+/// Lower bound of the half angle of the hidden cone, in degrees. A smaller cone is as good as none.
+const MIN_HIDDEN_DEGREES: f32 = 0.5;
 
-/// A picture with a mirrored ball in it.
+/// Photograph with a mirrored ball in it.
 ///
 /// ```no_run
 /// use bevy::prelude::*;
-/// use bevy_mirrorball::{camera::FramePixels, probe::BallPicture};
+/// use bevy_mirrorball::{camera::FramePixels, probe::BallPhoto};
 ///
-/// let photo = FramePixels::open("ball.jpg").expect("a picture");
-/// // 280° of the surroundings are on the ball, which was photographed from nearby
-/// let ball = BallPicture::from_outline(&photo, Vec2::new(1031.0, 1037.0), 1988.0, 280.0).expect("a ball in the picture");
+/// let photo = FramePixels::open("ball.jpg").expect("a photograph");
+/// // The ball was photographed from nearby and shows 280° of its surroundings.
+/// let ball = BallPhoto::from_outline(&photo, Vec2::new(1031.0, 1037.0), 1988.0, 280.0).expect("a ball");
 /// ball.to_equirect(1024, Quat::IDENTITY).save("surroundings.hdr").expect("a writable folder");
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct BallPicture<'a> {
-    /// The picture.
+pub struct BallPhoto<'a> {
+    /// Pixels of the photograph.
     pub frame: &'a FramePixels,
-    /// Of the camera that took it.
+    /// Intrinsics of the camera that took it.
     pub intrinsics: Intrinsics,
-    /// Where the ball is.
+    /// Position and size of the ball.
     pub ball: BallView,
-    /// Share of light that it mirrors, above 0, at most 1.
+    /// Fraction of the light that the ball mirrors, above 0 and at most 1.
     pub reflectance: f32,
 }
 
-/// Why there is no ball in a picture.
+/// Error of [`BallPhoto::from_outline`]: the numbers describe no ball in the photograph.
 #[derive(thiserror::Error, Clone, Debug, PartialEq)]
-pub enum BallPictureError {
-    /// The angle.
+pub enum BallPhotoError {
+    /// The field of view, in degrees, is impossible.
     #[error(
         "a field of view of {0}° cannot be: give the camera's horizontal one (1 to 179), or how much of its surroundings the ball shows (181 to 360)"
     )]
     FieldOfView(f32),
-    /// The outline.
+    /// The outline is not in the photograph, or too small.
     #[error(
         "a ball of {diameter} pixels at {center} is not in a picture of {size} pixels; give center and diameter of its outline"
     )]
     Outline {
-        /// In pixels.
+        /// Center of the outline, in pixels.
         center: Vec2,
-        /// In pixels.
+        /// Diameter of the outline, in pixels.
         diameter: f32,
-        /// Of the picture.
+        /// Size of the photograph, in pixels.
         size: UVec2,
     },
 }
 
-impl<'a> BallPicture<'a> {
-    /// A ball whose outline was measured in the picture, center and diameter in pixels, of reflectance 1 and radius 1.
+impl<'a> BallPhoto<'a> {
+    /// Creates the photograph of a ball from its outline in the frame, with center and diameter in pixels. The ball
+    /// gets reflectance 1 and radius 1.
     ///
-    /// `fov_degrees` is either the camera's horizontal field of view (below 180), with the optical axis in the middle of the
-    /// picture; or how much of its surroundings the ball shows from rim to rim (above 180; 360 is a ball far away), with the optical
-    /// axis through the ball, for pictures that were cropped.
+    /// `fov_degrees` is either the camera's horizontal field of view (1 to below 180), with the optical axis in the
+    /// middle of the frame; or the angle of the surroundings that the ball shows from rim to rim (above 180; 360 for
+    /// a ball far away), with the optical axis through the ball, for photographs that were cropped.
     ///
     /// # Errors
-    /// A [`BallPictureError`] says which number is impossible.
+    /// Returns a [`BallPhotoError`] that names the impossible number.
     pub fn from_outline(
         frame: &'a FramePixels,
         center: Vec2,
         diameter: f32,
         fov_degrees: f32,
-    ) -> Result<Self, BallPictureError> {
+    ) -> Result<Self, BallPhotoError> {
         let size = frame.size;
         let is_inside = center.cmpge(Vec2::ZERO).all() && center.cmple(size.as_vec2()).all();
         if !(is_inside && diameter >= 4.0 && diameter.is_finite()) {
-            return Err(BallPictureError::Outline { center, diameter, size });
+            return Err(BallPhotoError::Outline { center, diameter, size });
         }
         let radius = 0.5 * diameter;
         let (intrinsics, half_angle) = match fov_degrees {
             fov if (1.0..180.0).contains(&fov) => {
                 let intrinsics = Intrinsics::from_horizontal_fov(size, fov.to_radians());
                 let outward = (center - intrinsics.center).normalize_or(Vec2::X);
-                // Across the line from the picture's middle, where perspective does not stretch the outline.
+                // Perpendicular to the line from the middle of the frame, where perspective does not stretch the
+                // outline.
                 let [middle, rim] = [center, center + radius * outward.perp()].map(|pixel| intrinsics.ray(pixel));
                 (intrinsics, middle.angle_between(rim))
             }
             fov if fov > 180.0 && fov <= 360.0 => {
-                let hidden = (0.5 * (360.0 - fov)).max(LEAST_HIDDEN_DEGREES).to_radians();
+                let hidden = (0.5 * (360.0 - fov)).max(MIN_HIDDEN_DEGREES).to_radians();
                 (Intrinsics { focal: Vec2::splat(radius / hidden.tan()), center, size }, hidden)
             }
-            _ => return Err(BallPictureError::FieldOfView(fov_degrees)),
+            _ => return Err(BallPhotoError::FieldOfView(fov_degrees)),
         };
         let ball = BallView { center_camera: intrinsics.ray(center) / half_angle.sin(), radius: 1.0 };
         Ok(Self { frame, intrinsics, ball, reflectance: 1.0 })
     }
 
-    /// Radiance from a direction (unit vector, camera space) in linear camera units, averaged over what directions `across` and
-    /// `down` beside it enclose. Directions that the ball hides are filled from the ring around them.
+    /// Radiance from a direction (unit vector, camera space) in linear camera units, averaged over the texel that the
+    /// offsets `across` and `down` to the neighboring directions span. Directions that the ball hides are filled from
+    /// the ring around them.
     pub fn radiance(&self, dir: Vec3, across: Vec3, down: Vec3) -> Vec3 {
         let edge = self.ball.edge_angle(&self.intrinsics, EDGE_MARGIN_PIXELS);
         let axis = -self.ball.center_camera.normalize();
@@ -117,7 +121,7 @@ impl<'a> BallPicture<'a> {
         let (right, below) = (right - pixel, below - pixel);
         let at_rim = smoothstep(edge - RIM[0], edge - RIM[1], angle);
         let sharpness = SHARP_BALL + (SMOOTH - SHARP_BALL) * at_rim;
-        let count = Vec2::new(right.length(), below.length()).ceil().clamp(Vec2::ONE, Vec2::splat(MOST_SAMPLES));
+        let count = Vec2::new(right.length(), below.length()).ceil().clamp(Vec2::ONE, Vec2::splat(MAX_SAMPLES));
         let mut sum = Vec3::ZERO;
         for j in 0..count.y as u32 {
             for i in 0..count.x as u32 {
@@ -141,12 +145,12 @@ impl<'a> BallPicture<'a> {
         ring.sum::<Vec3>() / (RING as f32 * self.reflectance)
     }
 
-    /// The surroundings as an equirectangular picture of a width in pixels (even, at least 2), in a frame turned against the
-    /// camera's. Unturned, its middle is the direction from the ball back to the camera's side (+Z), and its left edge what the
-    /// camera looks at.
-    pub fn to_equirect(&self, width: u32, camera_from_picture: Quat) -> EquirectPixels {
+    /// Surroundings as an equirectangular map of a width in pixels (even, at least 2), in axes that are rotated against
+    /// the camera's. Without rotation, the middle of the map is the direction from the ball back to the camera's side
+    /// (+Z), and its left edge is the direction in which the camera looks.
+    pub fn to_equirect(&self, width: u32, camera_from_map: Quat) -> EquirectPixels {
         let size = UVec2::new(width, width / 2).max(UVec2::new(2, 1));
-        let direction = |pixel: Vec2| camera_from_picture * equirect_direction(pixel / size.as_vec2());
+        let direction = |pixel: Vec2| camera_from_map * equirect_direction(pixel / size.as_vec2());
         let texels = (0..size.x * size.y).map(|i| {
             let pixel = UVec2::new(i % size.x, i / size.x).as_vec2() + 0.5;
             let dir = direction(pixel);
@@ -163,25 +167,25 @@ impl<'a> BallPicture<'a> {
         between_pixels(pixel, sharpness, |x, y| self.frame.linear(x, y))
     }
 
-    /// As in the shader.
+    /// Twin of `leaked` in `unwrap/deconvolution.wgsl`.
     fn leaked(&self, pixel: Vec2, texel: [Vec2; 2], sharpness: f32) -> Vec3 {
         let spread = 1.0 / (12.0 * sharpness * sharpness) + (texel[0] * texel[0] + texel[1] * texel[1]) / 6.0;
-        let leak = (LEAK * spread.map(f32::sqrt)).min(Vec2::splat(MOST_LEAK));
+        let leak = (LEAK * spread.map(f32::sqrt)).min(Vec2::splat(MAX_LEAK));
         let size = texel[0].perp_dot(texel[1]).abs().sqrt();
         let is_fine = ((COARSE[1] - size) / (COARSE[1] - COARSE[0])).clamp(0.0, 1.0);
-        let share = is_fine * leak / (1.0 - 2.0 * leak);
+        let weights = is_fine * leak / (1.0 - 2.0 * leak);
         between_pixels(pixel, sharpness, |x, y| {
             let at = |dx: i32, dy: i32| self.frame.linear(x + dx, y + dy);
             if is_clipped(self.frame, x, y) {
                 return Vec3::ZERO;
             }
             let twice = 2.0 * at(0, 0);
-            share.x * (twice - at(-1, 0) - at(1, 0)) + share.y * (twice - at(0, -1) - at(0, 1))
+            weights.x * (twice - at(-1, 0) - at(1, 0)) + weights.y * (twice - at(0, -1) - at(0, 1))
         })
     }
 }
 
-/// Lookup between four pixels.
+/// Interpolation between four pixels.
 fn between_pixels(pixel: Vec2, sharpness: f32, value: impl Fn(i32, i32) -> Vec3) -> Vec3 {
     let corner = (pixel - 0.5).floor();
     let t = ((pixel - 1.0 - corner) * sharpness + 0.5).clamp(Vec2::ZERO, Vec2::ONE);
@@ -204,23 +208,22 @@ mod tests {
         for (center, fov) in
             [(Vec2::new(320.0, 240.0), 60.0), (Vec2::new(500.0, 120.0), 60.0), (Vec2::new(300.0, 250.0), 340.0)]
         {
-            let picture = BallPicture::from_outline(&frame, center, 120.0, fov).expect("possible");
-            let outline = picture.ball.outline(&picture.intrinsics);
-            // Perspective stretches the outline outwards and moves its middle by a pixel or two.
+            let photo = BallPhoto::from_outline(&frame, center, 120.0, fov).expect("possible");
+            let outline = photo.ball.outline(&photo.intrinsics);
+            // Perspective stretches the outline outwards and moves its center by a pixel or two.
             assert!(outline.center.distance(center) < 4.0 && (outline.semi_axes.y - 60.0).abs() < 1.0, "{outline:?}");
         }
-        let far = BallPicture::from_outline(&frame, Vec2::new(320.0, 240.0), 120.0, 360.0).expect("possible");
+        let far = BallPhoto::from_outline(&frame, Vec2::new(320.0, 240.0), 120.0, 360.0).expect("possible");
         assert!(far.ball.distance() > 100.0);
-        let error =
-            |fov, diameter| BallPicture::from_outline(&frame, Vec2::ONE, diameter, fov).expect_err("impossible");
+        let error = |fov, diameter| BallPhoto::from_outline(&frame, Vec2::ONE, diameter, fov).expect_err("impossible");
         assert!(error(180.0, 50.0).to_string().contains("180") && error(60.0, 0.0).to_string().contains("diameter"));
     }
 
     #[test]
     fn a_gray_ball_shows_a_gray_world_everywhere() {
         let frame = FramePixels::new(UVec2::new(160, 120), [188, 188, 188, 255].repeat(160 * 120)).expect("fits");
-        let picture = BallPicture::from_outline(&frame, Vec2::new(80.0, 60.0), 100.0, 300.0).expect("possible");
-        let map = picture.to_equirect(32, Quat::IDENTITY);
+        let photo = BallPhoto::from_outline(&frame, Vec2::new(80.0, 60.0), 100.0, 300.0).expect("possible");
+        let map = photo.to_equirect(32, Quat::IDENTITY);
         assert!(map.texels.iter().all(|texel| (*texel - 0.5029).abs().max_element() < 1e-3));
     }
 }

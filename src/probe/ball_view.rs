@@ -1,57 +1,64 @@
-//! Geometry of a mirrored ball under a perspective camera: which point of the ball shows which direction.
+//! Geometry of a mirrored ball under a perspective camera: the point of the ball that shows a direction.
 //!
-//! Everything lies in the plane through the camera, the ball's center and the direction asked for. With the ball's radius
-//! r, the camera at distance D, and angles measured at the center from the axis towards the camera: the surface point at
-//! angle θ is seen under the angle β off the axis, tan β = r·sin θ / (D − r·cos θ), and mirrors the view into the direction
-//! φ = 2θ + β. φ grows with θ, so the θ of a direction φ is found by Newton's method. The silhouette is at cos θ = r/D;
-//! it shows φ = π − asin(r/D), and the cone behind it is hidden by the ball itself. For D → ∞ this becomes the half-vector
-//! formula of sphere mapping, θ = φ/2 (rows A4, A5 of the sources), which is wrong by up to several degrees on a desk.
+//! Everything lies in the plane through the camera, the ball's center and the direction in question. With the ball's
+//! radius r, the camera at distance D, and angles measured at the center from the axis towards the camera: the
+//! surface point at angle θ is seen under the angle β off the axis, tan β = r·sin θ / (D − r·cos θ), and
+//! mirrors the view into the direction φ = 2θ + β. φ grows with θ, so Newton's method finds the θ of a
+//! direction φ. The silhouette is at cos θ = r/D; it shows φ = π − asin(r/D), and the cone behind it is hidden
+//! by the ball itself. For D → ∞ this becomes the half-vector formula of sphere mapping, θ = φ/2, which is
+//! wrong by up to several degrees on a desk.
 //!
-//! WGSL twin: `mirror_ball.wgsl`.
+//! WGSL twin: `ball_view.wgsl`.
 
+use super::ellipse::Ellipse;
 use crate::camera::Intrinsics;
 use bevy::{
     math::{DMat3, DVec2, DVec3},
     prelude::*,
 };
 
-/// Newton steps; the error falls below 1e-6 rad after four for every ball farther than 1.5 radii.
+/// Number of Newton steps. After four, the error is below 1e-6 rad for every ball farther than 1.5 radii.
 const NEWTON_STEPS: u32 = 6;
 
-/// A mirrored ball as one camera sees it.
+/// Width of the margin inside a ball's silhouette, in pixels, whose pixels mix with the background and are not used.
+pub(crate) const EDGE_MARGIN_PIXELS: f32 = 1.5;
+
+/// Mirrored ball in the space of one camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallView {
-    /// Center in camera space (metres, Bevy axes).
+    /// Center in camera space (meters, Bevy axes).
     pub center_camera: Vec3,
-    /// Radius in metres.
+    /// Radius in meters.
     pub radius: f32,
 }
 
 impl BallView {
-    /// Describes a ball; `None` unless it is wholly in front of the camera plane.
+    /// Creates the view of a ball; `None` unless the ball is entirely in front of the camera plane.
     pub fn new(center_camera: Vec3, radius: f32) -> Option<Self> {
         (radius > 0.0 && center_camera.is_finite() && center_camera.z < -radius)
             .then_some(Self { center_camera, radius })
     }
 
-    /// Distance of the ball's center from the camera in metres.
+    /// Distance of the ball's center from the camera, in meters.
     pub fn distance(&self) -> f32 {
         self.center_camera.length()
     }
 
-    /// Half the angle of the cone of directions the ball hides behind itself, and of the cone under which it is seen.
+    /// Half angle, in radians, of the cone of directions that the ball hides behind itself, which is also the half
+    /// angle of the cone in which the camera sees the ball.
     pub fn hidden_half_angle(&self) -> f32 {
         (self.radius / self.distance()).asin()
     }
 
-    /// Mean radius of the ball's picture in pixels.
+    /// Mean radius of the ball in the frame, in pixels.
     pub fn radius_pixels(&self, intrinsics: &Intrinsics) -> f32 {
         let depth = -self.center_camera.z;
         self.hidden_half_angle().tan() * self.distance() / depth * intrinsics.focal.x.min(intrinsics.focal.y)
     }
 
-    /// Angle φ between the axis to the camera and the directions shown `margin` pixels inside the silhouette; directions
-    /// beyond it are not measured (the rim's pixels mix with the background) and have to be filled.
+    /// Angle φ, in radians, between the axis to the camera and the directions shown `margin` pixels inside the
+    /// silhouette. Directions beyond it are not measured, because the rim's pixels mix with the background, and have
+    /// to be filled.
     pub fn edge_angle(&self, intrinsics: &Intrinsics, margin: f32) -> f32 {
         let keep = (1.0 - margin / self.radius_pixels(intrinsics)).clamp(0.05, 1.0);
         let view_angle = (self.hidden_half_angle().tan() * keep).atan();
@@ -60,8 +67,8 @@ impl BallView {
         2.0 * normal_angle + view_angle
     }
 
-    /// Angle θ of the surface point that mirrors the direction at angle φ from the axis; both in radians, φ at most
-    /// π − [`hidden_half_angle`](Self::hidden_half_angle).
+    /// Angle θ of the surface point that mirrors the direction at an angle φ from the axis. Both are in radians; φ
+    /// is at most π − [`hidden_half_angle`](Self::hidden_half_angle).
     pub fn normal_angle(&self, mirrored_angle: f32) -> f32 {
         let distance = self.distance() / self.radius;
         let mut theta = 0.5 * mirrored_angle * (1.0 - 0.5 / distance);
@@ -74,8 +81,8 @@ impl BallView {
         theta
     }
 
-    /// Point of the ball (camera space) in which the camera sees the light arriving from a direction (unit vector,
-    /// camera space). Directions beyond `edge_angle` give the point at `edge_angle` on their side.
+    /// Point of the ball (camera space) at which the camera sees the light that arrives from a direction (unit vector,
+    /// camera space). Directions beyond `edge_angle` get the point at `edge_angle` on their side.
     pub fn surface_point(&self, dir_camera: Vec3, edge_angle: f32) -> Vec3 {
         let axis = -self.center_camera.normalize();
         let along = axis.dot(dir_camera);
@@ -86,7 +93,8 @@ impl BallView {
         self.center_camera + self.radius * (axis * cos + side * sin)
     }
 
-    /// Direction of the light mirrored into a view ray (both unit vectors in camera space); `None` if the ray misses.
+    /// Direction of the light that the ball mirrors into a view ray (both unit vectors in camera space); `None` if
+    /// the ray misses the ball.
     pub fn mirrored_direction(&self, ray_camera: Vec3) -> Option<Vec3> {
         let along = ray_camera.dot(self.center_camera);
         let discriminant = along * along - self.center_camera.length_squared() + self.radius * self.radius;
@@ -96,9 +104,10 @@ impl BallView {
         })
     }
 
-    /// The ball's outline in the picture.
+    /// Outline of the ball in the frame.
     pub fn outline(&self, intrinsics: &Intrinsics) -> Ellipse {
-        // Rays d that touch the ball satisfy (d·c)² = (|c|² − r²)·|d|², a conic dᵀQd = 0 with d = A·(u, v, 1).
+        // Rays d that touch the ball satisfy (d·c)² = (|c|² − r²)·|d|², a conic dᵀQd = 0 with d = A·(u, v,
+        // 1).
         let c = self.center_camera.as_dvec3();
         let q = DMat3::from_cols(c * c.x, c * c.y, c * c.z)
             - DMat3::from_diagonal(DVec3::splat(c.length_squared() - f64::from(self.radius).powi(2)));
@@ -120,8 +129,9 @@ impl BallView {
         let det = a * d - b * b;
         let center = DVec2::new((b * gy - d * gx) / det, (b * gx - a * gy) / det);
         let at_center = m.z_axis.z + gx * center.x + gy * center.y;
-        // In centered coordinates xᵀSx = −at_center; S has the axes' directions as eigenvectors and −at_center / length²
-        // as eigenvalues. The sign is normalized so that both are positive and the smaller one has the longer axis.
+        // In centered coordinates xᵀSx = −at_center; S has the axes' directions as eigenvectors and −at_center
+        // / length² as eigenvalues. The sign is normalized so that both are positive and the smaller one belongs to
+        // the longer axis.
         let sign = if a + d < 0.0 { -1.0 } else { 1.0 };
         let (a, b, d, level) = (sign * a, sign * b, sign * d, -sign * at_center);
         let (mean, spread) = (0.5 * (a + d), (0.25 * (a - d).powi(2) + b * b).sqrt());
@@ -130,34 +140,6 @@ impl BallView {
             semi_axes: Vec2::new((level / (mean - spread)).sqrt() as f32, (level / (mean + spread)).sqrt() as f32),
             angle: (0.5 * f64::atan2(-2.0 * b, d - a)) as f32,
         }
-    }
-}
-
-/// An ellipse in the picture.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
-#[reflect(Default, Debug, Clone, PartialEq)]
-pub struct Ellipse {
-    /// Center in pixels.
-    pub center: Vec2,
-    /// Half lengths of the longer and the shorter axis in pixels.
-    pub semi_axes: Vec2,
-    /// Angle of the longer axis against +u, in radians, positive towards +v (clockwise on the screen).
-    pub angle: f32,
-}
-
-impl Ellipse {
-    /// Half width and half height of the upright box around the ellipse, in pixels.
-    pub fn half_extent(&self) -> Vec2 {
-        let (sin, cos) = self.angle.sin_cos();
-        let long = self.semi_axes.x * Vec2::new(cos, sin);
-        let short = self.semi_axes.y * Vec2::new(-sin, cos);
-        (long * long + short * short).map(f32::sqrt)
-    }
-
-    /// Whether a pixel position lies inside.
-    pub fn contains(&self, pixel: Vec2) -> bool {
-        let local = Vec2::from_angle(-self.angle).rotate(pixel - self.center);
-        (local / self.semi_axes).length_squared() <= 1.0
     }
 }
 
@@ -178,7 +160,8 @@ mod tests {
         })
     }
 
-    /// The ray tracer: double precision, from the camera through a point. Nearly grazing rays need it.
+    /// Ray tracer: the mirrored direction of the ray from the camera through a point. Nearly grazing rays need double
+    /// precision.
     fn trace(ball: &BallView, through: Vec3) -> Option<Vec3> {
         let (ray, center) = (through.as_dvec3().normalize(), ball.center_camera.as_dvec3());
         let along = ray.dot(center);
@@ -186,7 +169,7 @@ mod tests {
         (discriminant >= 0.0).then(|| ray.reflect((ray * (along - discriminant.sqrt()) - center).normalize()).as_vec3())
     }
 
-    /// The unwrap goal: direction ↔ pixel against a ray tracer, everywhere.
+    /// Accuracy that unwrapping requires of direction ↔ pixel everywhere, in radians.
     const MAX_ANGLE_ERROR: f32 = 0.02 * std::f32::consts::PI / 180.0;
 
     #[test]
@@ -203,7 +186,7 @@ mod tests {
                 }
                 let point = ball.surface_point(dir, visible);
                 let back = trace(&ball, point).expect("hits the ball");
-                // The chord: for such small angles the angle itself, without the rounding of an arc cosine.
+                // For such small angles the chord equals the angle, without the rounding error of an arc cosine.
                 assert!(back.distance(dir) < MAX_ANGLE_ERROR, "{distance} m: {dir} came back as {back}");
                 seen += 1;
             }

@@ -1,26 +1,27 @@
-// Which point of a mirrored ball shows which direction. Twin of mirror_ball.rs, where the derivation is.
+// Mirrored balls: the point of a ball that shows a direction. Twin of ball_view.rs, which has the derivation.
 
-#define_import_path bevy_mirrorball::probe::mirror_ball
+#define_import_path bevy_mirrorball::probe::ball_view
 
 #import bevy_mirrorball::trigonometry::{angle_of, unit_vector}
 
-/// Mirror of `BallUniform` in unwrap/unwrap_uniform.rs. Camera space, metres, Bevy axes.
+/// Mirrored ball in camera space (meters, Bevy axes). Mirror of `BallUniform` in `unwrap/unwrap_uniform.rs`.
 struct Ball {
     center_camera: vec3f,
     radius: f32,
-    /// Directions at a larger angle from the axis to the camera are not measured, in radians.
+    /// Angle from the axis to the camera beyond which directions are not measured, in radians.
     edge_angle: f32,
-    /// Share of the light the ball mirrors.
+    /// Fraction of the light that the ball mirrors.
     reflectance: f32,
 }
 
+/// Number of Newton steps for a direction on its own.
 const NEWTON_STEPS: u32 = 5u;
-/// From the answer for a direction a degree beside.
+/// Number of Newton steps from the solution for a direction one degree beside.
 const NEIGHBOR_STEPS: u32 = 2u;
-/// Shortest component of a direction across the axis that still has an azimuth.
+/// Lower bound of the component of a direction across the axis for which the azimuth is defined.
 const AZIMUTH_EPSILON: f32 = 1e-6;
 
-/// One step closer to the angle of the surface point that mirrors the direction at an angle from the axis.
+/// Newton step towards the angle of the surface point that mirrors the direction at an angle from the axis.
 fn newton_step(distance: f32, mirrored_angle: f32, theta: f32) -> f32 {
     let normal = unit_vector(theta);
     let view_angle = angle_of(vec2f(distance - normal.x, normal.y));
@@ -38,7 +39,7 @@ fn normal_angle(ball: Ball, mirrored_angle: f32) -> f32 {
     return theta;
 }
 
-/// The same, from the angle of a direction close by.
+/// The same as `normal_angle`, starting from the solution for a direction close by.
 fn neighboring_normal_angle(ball: Ball, mirrored_angle: f32, close_by: f32) -> f32 {
     let distance = length(ball.center_camera) / ball.radius;
     var theta = close_by;
@@ -48,7 +49,7 @@ fn neighboring_normal_angle(ball: Ball, mirrored_angle: f32, close_by: f32) -> f
     return theta;
 }
 
-/// Unit vector across the axis towards a direction; any such vector where the direction is on the axis.
+/// Unit vector perpendicular to the axis, towards a direction; an arbitrary one if the direction is on the axis.
 fn side_of(axis: vec3f, dir: vec3f) -> vec3f {
     let across = dir - axis * dot(axis, dir);
     let len = length(across);
@@ -63,7 +64,7 @@ fn angle_from(axis: vec3f, dir: vec3f) -> f32 {
     return angle_of(vec2f(dot(axis, dir), length(dir - axis * dot(axis, dir))));
 }
 
-/// Point of the ball in camera space at an angle from the axis on the given side.
+/// Point of the ball in camera space, at an angle from the axis on the given side.
 fn ball_point(ball: Ball, axis: vec3f, side: vec3f, theta: f32) -> vec3f {
     let normal = unit_vector(theta);
     return ball.center_camera + ball.radius * (axis * normal.x + side * normal.y);
