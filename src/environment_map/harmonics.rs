@@ -4,6 +4,7 @@
 //! and are off by several percent under lamps. Rendering uses the filtered maps instead.
 
 use super::{CubePixels, face_direction};
+use crate::luminance::luminance;
 use bevy::prelude::*;
 use std::f32::consts::PI;
 
@@ -50,8 +51,8 @@ impl EnvironmentHarmonics {
 
     /// Unit direction from which most light comes, by luminance; `None` if light comes equally from all directions.
     pub fn dominant_direction(&self) -> Option<Vec3> {
-        let luminance = |i: usize| self.coefficients[i].dot(Vec3::new(0.2126, 0.7152, 0.0722));
-        Vec3::new(luminance(3), luminance(1), luminance(2)).try_normalize()
+        let of_coefficient = |i: usize| luminance(self.coefficients[i]);
+        Vec3::new(of_coefficient(3), of_coefficient(1), of_coefficient(2)).try_normalize()
     }
 
     fn sum(&self, dir: Vec3, orders: [f32; 3]) -> Vec3 {

@@ -10,6 +10,7 @@
     pbr_types::{PbrInput, STANDARD_MATERIAL_FLAGS_UNLIT_BIT},
 }
 #import bevy_mirrorball::shadows::render::receive::virtual_ratio
+#import bevy_mirrorball::luminance::luminance
 
 /// Mirror of `ToonUniform` in `toon.rs`.
 struct Toon {
@@ -44,10 +45,6 @@ const HIGHLIGHT_ROUGHNESS: vec2f = vec2f(0.25, 0.75);
 const DIRECTIONAL_RANGE: f32 = 0.2;
 /// Smallest difference of light that counts, in frame buffer units; also keeps divisors above zero.
 const MIN_LIGHT: f32 = 1e-6;
-
-fn luminance(color: vec3f) -> f32 {
-    return dot(color, vec3f(0.2126, 0.7152, 0.0722));
-}
 
 /// Light of all sources reflected by white paper that faces a direction.
 fn light_at(paper: PbrInput, normal: vec3f) -> vec3f {

@@ -3,6 +3,7 @@
 
 #import bevy_mirrorball::environment_map::cubemap::{face_direction, face_position, relative_angle}
 #import bevy_mirrorball::prefilter::padded_faces::edge_without_padding
+#import bevy_mirrorball::luminance::luminance
 
 const PI: f32 = 3.14159265358979;
 
@@ -50,12 +51,12 @@ fn gather_blocks(@builtin(global_invocation_id) id: vec3u) {
         let position = face_position(texel, edge);
         let dir = face_direction(id.z, position);
         let angle = relative_angle(position);
-        let luminance = dot(radiance, vec3f(0.2126, 0.7152, 0.0722)) * angle;
+        let energy = luminance(radiance) * angle;
         light += radiance * angle;
-        moment += dir * luminance;
+        moment += dir * energy;
         plain += dir * angle;
         angle_sum += angle;
-        weight_sum += luminance;
+        weight_sum += energy;
     }
     let solid_angle = block_angles[2u * id.y + id.x / 4u][id.x % 4u];
     light *= solid_angle / angle_sum;

@@ -1,6 +1,7 @@
 //! Dispatches of the environment filter.
 
 use super::filter_pipeline::{FilterPipelines, FilterStep};
+use crate::compute_pass::workgroups;
 use bevy::{
     prelude::*,
     render::{
@@ -12,8 +13,6 @@ use bevy::{
     },
 };
 
-/// Threads along each side of a workgroup, as in the shaders.
-const WORKGROUP: u32 = 8;
 /// Texels per thread of the sums over blocks, as in `convolve.wgsl`.
 const QUAD: u32 = 4;
 /// Threads in a workgroup of the sums over blocks.
@@ -64,7 +63,7 @@ impl DispatchBuilder<'_> {
 
 /// Workgroups with one thread per texel of a cube.
 pub(super) fn texel_groups(edge: u32) -> UVec3 {
-    UVec2::splat(edge.div_ceil(WORKGROUP)).extend(6)
+    UVec2::splat(workgroups(edge)).extend(6)
 }
 
 /// Quads of a cube face.

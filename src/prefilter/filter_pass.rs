@@ -1,14 +1,11 @@
 //! Compute pass that filters environments, before all cameras.
 
 use super::{dispatch::Dispatch, prepare_filters::PreparedFilters};
-use crate::environment_map::CubeWrites;
+use crate::{compute_pass::compute_pass, environment_map::CubeWrites};
 use bevy::{
     prelude::*,
     render::{
-        diagnostic::RecordDiagnostics,
-        render_resource::{
-            CommandEncoder, ComputePassDescriptor, Extent3d, PipelineCache, TexelCopyTextureInfo, Texture,
-        },
+        render_resource::{CommandEncoder, Extent3d, PipelineCache, TexelCopyTextureInfo, Texture},
         renderer::RenderContext,
     },
 };
@@ -19,8 +16,6 @@ pub(super) fn filter_pass(
     pipeline_cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
     for plan in filters.0.values_mut() {
         let due = (plan.progress.requested(), writes.count(plan.source));
         let is_ready = |dispatch: &Dispatch| pipeline_cache.get_compute_pipeline(dispatch.pipeline).is_some();
@@ -32,21 +27,16 @@ pub(super) fn filter_pass(
         if first == 0 {
             plan.answered = Some(due);
         }
-        let mut pass = ctx.command_encoder().begin_compute_pass(&ComputePassDescriptor {
-            label: Some("mirrorball_environment_filter_pass"),
-            timestamp_writes: None,
+        compute_pass(&mut ctx, "mirrorball_environment_filter", |pass| {
+            for dispatch in &plan.dispatches[first..end] {
+                let Some(pipeline) = pipeline_cache.get_compute_pipeline(dispatch.pipeline) else {
+                    break;
+                };
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, &dispatch.bind_group, &[]);
+                pass.dispatch_workgroups(dispatch.groups.x, dispatch.groups.y, dispatch.groups.z);
+            }
         });
-        let span = diagnostics.pass_span(&mut pass, "mirrorball_environment_filter");
-        for dispatch in &plan.dispatches[first..end] {
-            let Some(pipeline) = pipeline_cache.get_compute_pipeline(dispatch.pipeline) else {
-                break;
-            };
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &dispatch.bind_group, &[]);
-            pass.dispatch_workgroups(dispatch.groups.x, dispatch.groups.y, dispatch.groups.z);
-        }
-        span.end(&mut pass);
-        drop(pass);
         plan.next = if end == plan.dispatches.len() { 0 } else { end };
         if plan.next == 0 {
             for (draft, shown) in &plan.publish {

@@ -1,5 +1,6 @@
 //! GGX lobe as a table of taps, for normal = view.
 
+use crate::least_squares::NormalEquations;
 use bevy::{
     math::{DVec3, Vec3, Vec4},
     render::render_resource::ShaderType,
@@ -167,7 +168,7 @@ pub(super) fn fit(alpha: f64, rougher: f64, rings: &[Ring], source_edge: u32, ed
         rings.iter().zip(&sources).map(|(ring, from)| normalized(&|angle| ring_profile(ring, from, angle))).collect();
     parts.push(normalized(&|angle| ggx(rougher, angle)));
     let sample_weights: Vec<f64> = angles.iter().map(|angle| angle.sin()).collect();
-    let weights = least_squares(&parts, &target, &sample_weights);
+    let weights = fit_weights(&parts, &target, &sample_weights);
     let sum: f64 = weights.iter().sum();
     let mut lobe = Lobe { offsets: Vec::new(), weights: Vec4::ZERO, sources };
     for (i, ring) in rings.iter().enumerate() {
@@ -183,44 +184,14 @@ pub(super) fn fit(alpha: f64, rougher: f64, rings: &[Ring], source_edge: u32, ed
     lobe
 }
 
-/// Weights ≥ 0 of `parts` whose sum is nearest to `target`. The part with the most negative weight is left out until
-/// no weight is negative.
-fn least_squares(parts: &[Vec<f64>], target: &[f64], sample_weights: &[f64]) -> Vec<f64> {
-    let product = |a: &[f64], b: &[f64]| -> f64 {
-        a.iter().zip(b).zip(sample_weights).map(|((a, b), weight)| a * b * weight).sum()
-    };
-    let mut active: Vec<usize> = (0..parts.len()).collect();
-    loop {
-        let rows = active.iter().map(|&i| {
-            let row = active.iter().map(|&j| product(&parts[i], &parts[j]));
-            row.chain([product(&parts[i], target)]).collect()
-        });
-        let solution = solve(rows.collect());
-        let least = (0..active.len()).min_by(|a, b| solution[*a].total_cmp(&solution[*b]));
-        match least {
-            Some(least) if solution[least] < 0.0 && active.len() > 1 => {
-                active.remove(least);
-            }
-            _ => {
-                let mut weights = vec![0.0; parts.len()];
-                active.iter().zip(solution).for_each(|(i, weight)| weights[*i] = weight.max(0.0));
-                return weights;
-            }
-        }
+/// Weights ≥ 0 of `parts` whose sum is nearest to `target`.
+fn fit_weights(parts: &[Vec<f64>], target: &[f64], sample_weights: &[f64]) -> Vec<f64> {
+    let mut equations = NormalEquations::new(parts.len());
+    for (sample, (wanted, weight)) in target.iter().zip(sample_weights).enumerate() {
+        let row: Vec<(usize, f64)> = parts.iter().map(|part| part[sample]).enumerate().collect();
+        equations.add(&row, *wanted, *weight);
     }
-}
-
-/// Gauss–Jordan elimination for a symmetric positive definite system with its right side as the last column.
-fn solve(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
-    let count = rows.len();
-    for i in 0..count {
-        let pivot = rows[i].clone();
-        for (k, row) in rows.iter_mut().enumerate() {
-            let factor = if k == i { 0.0 } else { row[i] / pivot[i] };
-            row.iter_mut().zip(&pivot).for_each(|(value, above)| *value -= factor * above);
-        }
-    }
-    rows.iter().enumerate().map(|(i, row)| row[count] / row[i]).collect()
+    equations.solve_non_negative()
 }
 
 #[cfg(test)]
@@ -247,14 +218,6 @@ mod tests {
             assert!(taps.iter().all(|tap| tap.0.z > 0.0 && (tap.0.length() - 1.0).abs() < 1e-6));
             assert!(mean.truncate().length() < 1e-3, "leans to a side: {mean}");
         }
-    }
-
-    #[test]
-    fn weights_are_found_again() {
-        let parts = [vec![1.0, 0.0, 1.0, 0.5], vec![0.0, 1.0, 1.0, 0.1], vec![1.0, 1.0, 0.0, 0.7]];
-        let target: Vec<f64> = (0..4).map(|i| 0.25 * parts[0][i] + 0.75 * parts[2][i]).collect();
-        let weights = least_squares(&parts, &target, &[1.0; 4]);
-        assert!(weights.iter().zip([0.25, 0.0, 0.75]).all(|(a, b)| (a - b).abs() < 1e-9), "{weights:?}");
     }
 
     #[test]

@@ -138,6 +138,7 @@ impl Plugin for PrefilterPlugin {
 }
 
 fn build_filter(app: &mut App) {
+    crate::luminance::load(app);
     trigonometry::load(app);
     environment_map::load_shaders(app);
     load_shader_library!(app, "padded_faces.wgsl");

@@ -1,6 +1,9 @@
 //! Clipping: detection of clipped pixels, and upper bounds of their true brightness.
 
-use crate::camera::{FramePixels, srgb_to_linear};
+use crate::{
+    camera::{FramePixels, srgb_to_linear},
+    luminance::luminance,
+};
 use bevy::prelude::*;
 
 /// Smallest sRGB byte that counts as clipped, one step of noise below white.
@@ -11,8 +14,6 @@ pub(crate) const MAX_SATURATION: f32 = 4.0;
 /// Luminance from which a pixel with one clipped channel counts as clipped in all channels: webcams compress color more
 /// than brightness, so the edge of a white lamp comes out tinted.
 pub(crate) const WHITE_FROM: f32 = 0.94;
-/// Weights of linear red, green and blue in luminance (ITU-R BT.709).
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Largest gain allowed for each channel of a pixel; `None` for unclipped channels. Twin of `recovered` in
 /// `unwrap/frame_sampling.wgsl`.
@@ -21,7 +22,7 @@ pub(crate) fn gain_limits(linear: Vec3) -> [Option<f32>; 3] {
     if linear.max_element() < clipped_from_linear() {
         return [None; 3];
     }
-    if linear.dot(LUMINANCE) >= WHITE_FROM {
+    if luminance(linear) >= WHITE_FROM {
         return [Some(f32::INFINITY); 3];
     }
     let unclipped = channels.into_iter().filter(|&value| value < clipped_from_linear());

@@ -1,6 +1,9 @@
 //! White paper of a marker: its radiance in a frame.
 
-use crate::camera::{FramePixels, Intrinsics};
+use crate::{
+    camera::{FramePixels, Intrinsics},
+    median::median_by,
+};
 use bevy::{math::Affine3A, prelude::*};
 
 /// Number of cells along the side of the black square of a tag36h11 marker.
@@ -39,11 +42,11 @@ pub(super) fn paper_radiance(
             );
         }
     }
-    (samples.len() > 2 * STEPS as usize).then(|| {
-        let mut median = |channel: usize| {
-            samples.sort_by(|a, b| a[channel].total_cmp(&b[channel]));
-            samples[samples.len() / 2][channel]
-        };
-        Vec3::new(median(0), median(1), median(2))
-    })
+    if samples.len() <= 2 * STEPS as usize {
+        return None;
+    }
+    let mut median = |channel: usize| {
+        median_by(&mut samples, |a, b| a[channel].total_cmp(&b[channel])).map(|sample| sample[channel])
+    };
+    Some(Vec3::new(median(0)?, median(1)?, median(2)?))
 }

@@ -10,7 +10,7 @@ use super::{
     key_lights::{KeyLight, KeySearch},
     lights_file::{DomeLights, FileViews, LightsFile},
 };
-use crate::{camera::ArCamera, environment_map::EnvironmentCube, lighting::RealLight};
+use crate::{camera::ArCamera, environment_map::EnvironmentCube, lighting::RealLight, luminance::luminance};
 use bevy::{
     ecs::system::SystemParam,
     prelude::*,
@@ -149,9 +149,9 @@ pub(super) fn read_energies(
 
 /// Returns the luminance of each light in a buffer of weights.
 fn luminances(bytes: &[u8]) -> Vec<f32> {
-    let luminance = |weight: &[u8]| {
+    let of_weight = |weight: &[u8]| {
         let half = |at: usize| half::f16::from_le_bytes([weight[at], weight[at + 1]]).to_f32();
-        0.2126 * half(0) + 0.7152 * half(2) + 0.0722 * half(4)
+        luminance(Vec3::new(half(0), half(2), half(4)))
     };
-    bytes.chunks_exact(WEIGHT_BYTES).map(luminance).collect()
+    bytes.chunks_exact(WEIGHT_BYTES).map(of_weight).collect()
 }

@@ -1,7 +1,7 @@
 //! Marker detection in a frame, with corners refined in linear light.
 
 use super::{DetectedMarker, LumaView, MarkerDetector};
-use crate::camera::{FramePixels, srgb_to_linear};
+use crate::{camera::FramePixels, luminance::luminance};
 use bevy::{math::DVec2, prelude::*};
 
 /// Side of the window around a marker, as a multiple of the size of the marker.
@@ -64,10 +64,7 @@ fn refine_in_linear_light(
 
 /// Luminance of a window of the frame in linear light, scaled so that its brightest pixel is white.
 fn linear_window(frame: &FramePixels, start: UVec2, extent: UVec2) -> Vec<u8> {
-    let luminance = |x: u32, y: u32| {
-        let [r, g, b] = frame.rgb8(x as i32, y as i32);
-        0.2126 * srgb_to_linear(r) + 0.7152 * srgb_to_linear(g) + 0.0722 * srgb_to_linear(b)
-    };
+    let luminance = |x: u32, y: u32| luminance(frame.linear(x as i32, y as i32));
     let values: Vec<f32> = (0..extent.y)
         .flat_map(|y| (0..extent.x).map(move |x| (x, y)))
         .map(|(x, y)| luminance(start.x + x, start.y + y))

@@ -4,6 +4,7 @@
 
 #define_import_path bevy_mirrorball::unwrap::frame_sampling
 
+#import bevy_mirrorball::luminance::luminance
 #import bevy_mirrorball::unwrap::bindings::{frame, unwrap}
 
 /// Maximum number of lookups per texel along each axis; below it, one lookup per pixel that the texel covers.
@@ -36,7 +37,7 @@ fn recovered(pixel: vec2i, gain: vec3f) -> vec3f {
     if !any(is_clipped) {
         return value;
     }
-    if dot(value, vec3f(0.2126, 0.7152, 0.0722)) >= unwrap.white_from {
+    if luminance(value) >= unwrap.white_from {
         return value * gain;
     }
     let unclipped = select(value, vec3f(0.0), is_clipped);

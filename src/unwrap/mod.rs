@@ -92,6 +92,7 @@ impl Plugin for UnwrapPlugin {
 }
 
 fn build_pass(app: &mut App) {
+    crate::luminance::load(app);
     trigonometry::load(app);
     environment_map::load_shaders(app);
     probe::load_shaders(app);

@@ -1,18 +1,14 @@
 //! Compute pass that writes the environment cube, with one dispatch per source, before all cameras.
 
 use super::{history::History, prepare_unwraps::PreparedUnwraps, unwrap_pipeline::UnwrapPipelines};
-use crate::environment_map::EnvironmentCube;
+use crate::{
+    compute_pass::{compute_pass, workgroups},
+    environment_map::EnvironmentCube,
+};
 use bevy::{
     prelude::*,
-    render::{
-        diagnostic::RecordDiagnostics,
-        render_resource::{ComputePassDescriptor, PipelineCache},
-        renderer::RenderContext,
-    },
+    render::{render_resource::PipelineCache, renderer::RenderContext},
 };
-
-/// Threads along each side of a workgroup, as in the shader.
-const WORKGROUP: u32 = 8;
 
 pub(super) fn unwrap_pass(
     pipelines: Option<Res<UnwrapPipelines>>,
@@ -27,20 +23,13 @@ pub(super) fn unwrap_pass(
         let Some(pipeline) = pipelines.id(*key).and_then(|id| pipeline_cache.get_compute_pipeline(id)) else {
             continue;
         };
-        let diagnostics = ctx.diagnostic_recorder();
-        let diagnostics = diagnostics.as_deref();
-        let encoder = ctx.command_encoder();
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
-            label: Some("mirrorball_probe_unwrap_pass"),
-            timestamp_writes: None,
+        let groups = workgroups(EnvironmentCube::SIZE);
+        compute_pass(&mut ctx, "mirrorball_probe_unwrap", |pass| {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, bind_group, &[]);
+            pass.dispatch_workgroups(groups, groups, 6);
         });
-        let span = diagnostics.pass_span(&mut pass, "mirrorball_probe_unwrap");
-        pass.set_pipeline(pipeline);
-        let groups = EnvironmentCube::SIZE.div_ceil(WORKGROUP);
-        pass.set_bind_group(0, bind_group, &[]);
-        pass.dispatch_workgroups(groups, groups, 6);
-        span.end(&mut pass);
-        drop(pass);
-        encoder.copy_texture_to_texture(cube.as_image_copy(), history.texture.as_image_copy(), History::EXTENT);
+        let history = history.texture.as_image_copy();
+        ctx.command_encoder().copy_texture_to_texture(cube.as_image_copy(), history, History::EXTENT);
     }
 }

@@ -4,6 +4,7 @@ use super::{
     equations::{GRAY, Problem},
     sample_points::Surface,
 };
+use crate::median::median_by;
 
 impl Problem<'_> {
     /// Inverse albedo of each class in a channel: the median over its points.
@@ -18,8 +19,7 @@ impl Problem<'_> {
                     .map(|e| self.irradiance(e, channel, x) / e.exitance[channel].max(1e-9))
                     .filter(|ratio| ratio.is_finite())
                     .collect();
-                ratios.sort_by(f64::total_cmp);
-                ratios.get(ratios.len() / 2).copied().unwrap_or(2.0)
+                median_by(&mut ratios, f64::total_cmp).unwrap_or(2.0)
             })
             .collect()
     }
@@ -97,8 +97,7 @@ fn albedo_threshold(logs: &[f64]) -> Option<f64> {
     let scatter = |part: &[f64]| {
         let median = part[part.len() / 2];
         let mut sizes: Vec<f64> = part.iter().map(|v| (v - median).abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        (median, 1.48 * sizes[sizes.len() / 2])
+        (median, 1.48 * median_by(&mut sizes, f64::total_cmp).unwrap_or(0.0))
     };
     let (left, right) = core.split_at(best + 1);
     if left.is_empty() || right.is_empty() {

@@ -4,7 +4,7 @@ use super::{
     desk_frame::{DeskFrame, Paper},
     sample_points::{paper_points, sample_radiance},
 };
-use crate::camera::PosedFrame;
+use crate::{camera::PosedFrame, median::median_by};
 use bevy::prelude::*;
 
 /// Gain that makes the frames of a second camera look like those of the first; for the entity of the second camera.
@@ -54,10 +54,7 @@ pub(super) fn compare_papers(
     if ratios.len() < MIN_POINTS {
         return None;
     }
-    let median = |mut values: Vec<f32>| {
-        values.sort_by(f32::total_cmp);
-        values[values.len() / 2]
-    };
+    let median = |mut values: Vec<f32>| median_by(&mut values, f32::total_cmp).unwrap_or(1.0);
     let gain = Vec3::from_array(std::array::from_fn(|c| median(ratios.iter().map(|ratio| ratio[c]).collect())));
     let scatter = median(ratios.iter().map(|ratio| (*ratio / gain - 1.0).abs().max_element()).collect());
     Some(CameraMatch { gain, points: ratios.len(), scatter })

@@ -4,6 +4,7 @@ use super::{
     radiance_cells::RadianceCell,
     regions::{Region, connected_groups},
 };
+use crate::{luminance::luminance, median::median_by};
 use bevy::prelude::*;
 
 /// A light, as detected in one frame.
@@ -48,10 +49,6 @@ const MAX_LIGHTS: usize = 12;
 /// Smallest angular radius that cells of a few degrees can resolve, radians.
 const MIN_ANGULAR_RADIUS: f32 = 0.01;
 
-fn luminance(radiance: Vec3) -> f32 {
-    radiance.dot(Vec3::new(0.2126, 0.7152, 0.0722))
-}
-
 /// Detection rounds. Each looks for fainter lights in the remaining cells, which have a lower mean.
 const ROUNDS: usize = 4;
 
@@ -65,9 +62,7 @@ pub(super) fn detect_lights(sky: &[RadianceCell], gains: &[Vec3]) -> Vec<Detecte
     let brightness: Vec<f32> = radiance.iter().map(|r| luminance(*r)).collect();
     let energy = |i: usize| brightness[i] * sky[i].solid_angle;
     let total: f32 = (0..sky.len()).map(energy).sum();
-    let mut sorted = brightness.clone();
-    sorted.sort_by(f32::total_cmp);
-    let Some(median) = sorted.get(sorted.len() / 2).copied().filter(|_| total > 0.0) else {
+    let Some(median) = median_by(&mut brightness.clone(), f32::total_cmp).filter(|_| total > 0.0) else {
         return Vec::new();
     };
     let mut rest: Vec<usize> = (0..sky.len()).collect();

@@ -11,7 +11,6 @@ mod bracketed_views;
 mod desk_frame;
 mod detect_lights;
 mod equations;
-mod least_squares;
 mod light_transport;
 mod near_light;
 mod radiance_cells;

@@ -6,9 +6,9 @@
 
 use super::{
     equations::{Equation, GRAY, GainReading, Problem, with_gray},
-    least_squares::NormalEquations,
     sample_points::Surface,
 };
+use crate::{least_squares::NormalEquations, median::median_by};
 
 /// Fit of the mean of the channels.
 pub(super) struct GrayFit {
@@ -213,8 +213,7 @@ impl Problem<'_> {
         let errors: Vec<Option<f64>> =
             self.equations.iter().map(|e| self.relative_error(e, channel, x, inverse_albedos, open)).collect();
         let mut sizes: Vec<f64> = errors.iter().flatten().map(|e| e.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let typical = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0).max(UNCERTAINTY);
+        let typical = median_by(&mut sizes, f64::total_cmp).unwrap_or(0.0).max(UNCERTAINTY);
         errors
             .into_iter()
             .zip(&self.equations)

@@ -41,6 +41,7 @@ use bevy::{
 
 /// Loads the shader libraries that need no knowledge of the device.
 pub(super) fn load_shaders(app: &mut App) {
+    crate::luminance::load(app);
     load_shader_library!(app, "dome.wgsl");
     load_shader_library!(app, "maps.wgsl");
     load_shader_library!(app, "visibility.wgsl");

@@ -4,6 +4,7 @@
 #define_import_path bevy_mirrorball::shadows::render::receive
 
 #import bevy_pbr::mesh_view_bindings::view
+#import bevy_mirrorball::luminance::luminance
 #import bevy_mirrorball::shadows::render::maps::dome
 #import bevy_mirrorball::shadows::render::samples::{
     IS_PHANTOM, IS_VIRTUAL, first_sample, surface_similarity, world_position,
@@ -124,7 +125,7 @@ fn virtual_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec3f {
 /// from the fraction of diffuse light and the roughness (Lagarde and de Rousiers 2014, *Moving Frostbite to
 /// Physically Based Rendering*, §4.10.2).
 fn reflection_ratio(ratio: vec3f, cos_view: f32, perceptual_roughness: f32) -> f32 {
-    let fraction = saturate(dot(ratio, vec3f(0.2126, 0.7152, 0.0722)));
+    let fraction = saturate(luminance(ratio));
     let roughness = perceptual_roughness * perceptual_roughness;
     let left = saturate(pow(max(cos_view, 0.0) + fraction, exp2(-16.0 * roughness - 1.0)) - 1.0 + fraction);
     return mix(1.0, left, f32(dome.occludes_reflections));

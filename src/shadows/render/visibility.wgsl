@@ -4,6 +4,7 @@
 
 #define_import_path bevy_mirrorball::shadows::render::visibility
 
+#import bevy_mirrorball::luminance::luminance
 #import bevy_mirrorball::shadows::render::dome::{DomeWeight, unpack_light, unpack_solid_angle}
 #import bevy_mirrorball::shadows::render::maps::{
     PHANTOM_CASTERS, TilePoint, VIRTUAL_CASTERS, above_surface, axes_of, dome, has_casters, key_is_blocked,
@@ -72,10 +73,6 @@ struct LightSums {
 
 fn add_sums(a: LightSums, b: LightSums) -> LightSums {
     return LightSums(a.unshadowed + b.unshadowed, a.shadowed + b.shadowed, a.open_sky + b.open_sky);
-}
-
-fn luminance(light: vec3f) -> f32 {
-    return dot(light, vec3f(0.2126, 0.7152, 0.0722));
 }
 
 /// Subset of the directions to sum over: every `step`th rank, starting from `first`. Key lights are summed separately.

@@ -5,24 +5,21 @@ use super::{
     prepare_visibility::{PreparedStep, PreparedVisibility, samples_extent},
     visibility_pipeline::{DOME_GROUP, Step},
 };
-use crate::shadows::{atlas::DomeTextures, visibility_camera::VisibilityCamera};
+use crate::{
+    compute_pass::{compute_pass, workgroups},
+    shadows::{atlas::DomeTextures, visibility_camera::VisibilityCamera},
+};
 use bevy::{
     core_pipeline::prepass::ViewPrepassTextures,
     prelude::*,
     render::{
-        diagnostic::RecordDiagnostics,
         render_asset::RenderAssets,
-        render_resource::{
-            BindGroup, BindGroupEntries, BindingResource, ComputePassDescriptor, PipelineCache, TextureView,
-        },
+        render_resource::{BindGroup, BindGroupEntries, BindingResource, PipelineCache, TextureView},
         renderer::{RenderContext, RenderDevice, ViewQuery},
         storage::GpuShaderBuffer,
         view::{ViewUniformOffset, ViewUniforms},
     },
 };
-
-/// Edge of a workgroup in samples, as in `visibility_pass.wgsl`.
-const WORKGROUP: u32 = 8;
 
 pub(super) fn visibility_pass(
     view: ViewQuery<(&ViewPrepassTextures, &ViewUniformOffset), With<VisibilityCamera>>,
@@ -58,21 +55,15 @@ pub(super) fn visibility_pass(
         visibility: visibility.buffer.as_entire_binding(),
         partial_sums: prepared.partial_sums.as_ref().map(|(_, view)| view),
     };
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let mut pass = ctx.command_encoder().begin_compute_pass(&ComputePassDescriptor {
-        label: Some("mirrorball_shadows_visibility_pass"),
-        timestamp_writes: None,
+    compute_pass(&mut ctx, "mirrorball_shadows_visibility", |pass| {
+        pass.set_bind_group(DOME_GROUP, dome, &[]);
+        for step in &prepared.steps {
+            let Some(pipeline) = pipeline_cache.get_compute_pipeline(step.pipeline) else { continue };
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &bindings.bind(step, &device), &[view_offset.offset]);
+            pass.dispatch_workgroups(workgroups(size.width), workgroups(size.height), 1);
+        }
     });
-    let span = diagnostics.pass_span(&mut pass, "mirrorball_shadows_visibility");
-    pass.set_bind_group(DOME_GROUP, dome, &[]);
-    for step in &prepared.steps {
-        let Some(pipeline) = pipeline_cache.get_compute_pipeline(step.pipeline) else { continue };
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &bindings.bind(step, &device), &[view_offset.offset]);
-        pass.dispatch_workgroups(size.width.div_ceil(WORKGROUP), size.height.div_ceil(WORKGROUP), 1);
-    }
-    span.end(&mut pass);
 }
 
 /// The bindings of all steps that belong to a view.

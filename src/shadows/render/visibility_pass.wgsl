@@ -6,13 +6,14 @@
 // every sample reads all of them.
 
 #import bevy_render::view::View
+#import bevy_mirrorball::luminance::luminance
 #import bevy_mirrorball::shadows::render::maps::dome
 #import bevy_mirrorball::shadows::render::samples::{
     IS_PHANTOM, IS_VIRTUAL, first_sample, surface_similarity, world_position,
 }
 #import bevy_mirrorball::shadows::render::visibility::{
     LightSums, RankSubset, accumulate_phantom, accumulate_phantom_keys, accumulate_surface, accumulate_surface_keys,
-    add_sums, has_lamps, luminance, luminance_fraction, phantom_factor, phantom_visibility, real_visibility,
+    add_sums, has_lamps, luminance_fraction, phantom_factor, phantom_visibility, real_visibility,
     surface_factor, virtual_visibility,
 }
 

@@ -1,14 +1,10 @@
 //! Environment cube → radiance × solid angle of each direction, before all cameras.
 
 use super::{prepare_weights::PreparedWeights, weights_pipeline::WeightsPipelines};
-use crate::environment_map::CubeWrites;
+use crate::{compute_pass::compute_pass, environment_map::CubeWrites};
 use bevy::{
     prelude::*,
-    render::{
-        diagnostic::RecordDiagnostics,
-        render_resource::{ComputePassDescriptor, PipelineCache},
-        renderer::RenderContext,
-    },
+    render::{render_resource::PipelineCache, renderer::RenderContext},
 };
 
 pub(super) fn weights_pass(
@@ -33,21 +29,14 @@ pub(super) fn weights_pass(
     ) else {
         return;
     };
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let mut pass = ctx.command_encoder().begin_compute_pass(&ComputePassDescriptor {
-        label: Some("mirrorball_shadows_weights_pass"),
-        timestamp_writes: None,
+    compute_pass(&mut ctx, "mirrorball_shadows_weights", |pass| {
+        pass.set_bind_group(0, bind_group, &[]);
+        pass.set_pipeline(weigh);
+        pass.dispatch_workgroups(sources.light_count(), 1, 1);
+        pass.set_pipeline(average);
+        pass.dispatch_workgroups(1, 1, 1);
+        pass.set_pipeline(rank);
+        pass.dispatch_workgroups(1, 1, 1);
     });
-    let span = diagnostics.pass_span(&mut pass, "mirrorball_shadows_weights");
-    pass.set_bind_group(0, bind_group, &[]);
-    pass.set_pipeline(weigh);
-    pass.dispatch_workgroups(sources.light_count(), 1, 1);
-    pass.set_pipeline(average);
-    pass.dispatch_workgroups(1, 1, 1);
-    pass.set_pipeline(rank);
-    pass.dispatch_workgroups(1, 1, 1);
-    span.end(&mut pass);
-    drop(pass);
     prepared.summed_writes = writes;
 }

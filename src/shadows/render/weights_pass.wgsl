@@ -3,6 +3,7 @@
 
 #import bevy_mirrorball::shadows::render::dome::{DomeWeight, pack_light, unpack_light, unpack_solid_angle}
 #import bevy_mirrorball::environment_map::cubemap::sample_faces
+#import bevy_mirrorball::luminance::luminance
 
 /// Mirror of `WeightsUniform` in `weights_pipeline.rs`.
 struct Weights {
@@ -102,8 +103,8 @@ fn average_below(@builtin(local_invocation_index) thread: u32) {
     }
 }
 
-fn luminance(index: u32) -> f32 {
-    return dot(unpack_light(weights[index]), vec3f(0.2126, 0.7152, 0.0722));
+fn luminance_of(index: u32) -> f32 {
+    return luminance(unpack_light(weights[index]));
 }
 
 /// One workgroup: ranks the directions with shadow maps by luminance, and counts those bright enough for a lookup.
@@ -112,12 +113,12 @@ fn rank_directions(@builtin(local_invocation_index) thread: u32) {
     let count = uniforms.counts.x + uniforms.counts.y;
     var bright = 0.0;
     for (var i = thread; i < count; i += THREADS) {
-        let own = luminance(i);
+        let own = luminance_of(i);
         var rank = 0u;
         var total = 0.0;
         var brighter = 0.0;
         for (var k = 0u; k < count; k++) {
-            let other = luminance(k);
+            let other = luminance_of(k);
             let comes_first = other > own || (other == own && k < i);
             rank += u32(comes_first);
             brighter += select(0.0, other, comes_first);

@@ -2,7 +2,7 @@
 
 /// Normal equations ½·xᵀHx − bᵀx of a weighted least-squares problem. Rows are added one by one.
 #[derive(Clone, Debug)]
-pub(super) struct NormalEquations {
+pub(crate) struct NormalEquations {
     n: usize,
     h: Vec<f64>,
     b: Vec<f64>,
@@ -14,12 +14,12 @@ const MAX_SWEEPS: usize = 500;
 const TOLERANCE: f64 = 1e-6;
 
 impl NormalEquations {
-    pub(super) fn new(unknowns: usize) -> Self {
+    pub(crate) fn new(unknowns: usize) -> Self {
         Self { n: unknowns, h: vec![0.0; unknowns * unknowns], b: vec![0.0; unknowns] }
     }
 
     /// Adds weight · (row·x − wanted)². The row consists of its nonzero entries in ascending order.
-    pub(super) fn add(&mut self, row: &[(usize, f64)], wanted: f64, weight: f64) {
+    pub(crate) fn add(&mut self, row: &[(usize, f64)], wanted: f64, weight: f64) {
         debug_assert!(row.is_sorted_by_key(|(i, _)| *i), "only the upper triangle of H is filled");
         for (k, &(i, a)) in row.iter().enumerate() {
             let weighted = weight * a;
@@ -34,7 +34,7 @@ impl NormalEquations {
     }
 
     /// Minimizes the sum over x ≥ floor, by coordinate descent from a start.
-    pub(super) fn solve(&self, start: &[f64], floor: &[f64]) -> Vec<f64> {
+    pub(crate) fn solve(&self, start: &[f64], floor: &[f64]) -> Vec<f64> {
         let mut x: Vec<f64> = start.iter().zip(floor).map(|(x, floor)| x.max(*floor)).collect();
         let h = self.symmetric();
         for _ in 0..MAX_SWEEPS {
@@ -59,8 +59,38 @@ impl NormalEquations {
         x
     }
 
+    /// The x ≥ 0 that minimizes the sum, for few unknowns: solved directly, without the unknown with the most negative
+    /// value until no value is negative. Unknowns that the equations do not determine are 0.
+    pub(crate) fn solve_non_negative(&self) -> Vec<f64> {
+        let mut active: Vec<usize> = (0..self.n).collect();
+        loop {
+            let Some(inverse) = self.only(&active).inverse() else {
+                return vec![0.0; self.n];
+            };
+            let rows = inverse.chunks(active.len().max(1));
+            let values: Vec<f64> = rows.map(|row| row.iter().zip(&active).map(|(a, i)| a * self.b[*i]).sum()).collect();
+            let min = (0..active.len()).min_by(|a, b| values[*a].total_cmp(&values[*b]));
+            match min {
+                Some(min) if values[min] < 0.0 && active.len() > 1 => {
+                    active.remove(min);
+                }
+                _ => {
+                    let mut x = vec![0.0; self.n];
+                    active.iter().zip(values).for_each(|(i, value)| x[*i] = value.max(0.0));
+                    return x;
+                }
+            }
+        }
+    }
+
+    /// The equations with some of the unknowns only; the others are 0.
+    fn only(&self, unknowns: &[usize]) -> Self {
+        let h = unknowns.iter().flat_map(|i| unknowns.iter().map(move |j| self.h[i * self.n + j])).collect();
+        Self { n: unknowns.len(), h, b: unknowns.iter().map(|i| self.b[*i]).collect() }
+    }
+
     /// Inverse of H by Gauss-Jordan elimination with pivoting; `None` if H is singular.
-    pub(super) fn inverse(&self) -> Option<Vec<f64>> {
+    pub(crate) fn inverse(&self) -> Option<Vec<f64>> {
         let n = self.n;
         let (mut a, mut inverse) = (self.symmetric(), vec![0.0; n * n]);
         for i in 0..n {
@@ -103,7 +133,7 @@ impl NormalEquations {
     }
 
     /// Diagonal entry of H.
-    pub(super) fn diagonal(&self, i: usize) -> f64 {
+    pub(crate) fn diagonal(&self, i: usize) -> f64 {
         self.h[i * self.n + i]
     }
 }
@@ -111,6 +141,23 @@ impl NormalEquations {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn weights_of_a_mixture_are_recovered_without_the_part_that_is_not_in_it() {
+        let parts = [[1.0, 0.0, 1.0, 0.5], [0.0, 1.0, 1.0, 0.1], [1.0, 1.0, 0.0, 0.7]];
+        let mut equations = NormalEquations::new(3);
+        for sample in 0..4 {
+            let row: Vec<(usize, f64)> = parts.iter().map(|part| part[sample]).enumerate().collect();
+            equations.add(&row, 0.25 * parts[0][sample] + 0.75 * parts[2][sample], 1.0);
+        }
+        let x = equations.solve_non_negative();
+        assert!(x.iter().zip([0.25, 0.0, 0.75]).all(|(a, b)| (a - b).abs() < 1e-9), "{x:?}");
+        // x = −1 is not allowed: y alone makes the best of y = 1 and y + x = 0.
+        let mut equations = NormalEquations::new(2);
+        equations.add(&[(1, 1.0)], 1.0, 1.0);
+        equations.add(&[(0, 1.0), (1, 1.0)], 0.0, 1.0);
+        assert_eq!(equations.solve_non_negative(), [0.0, 0.5]);
+    }
 
     #[test]
     fn negative_answers_are_held_at_zero_and_the_rest_makes_the_best_of_it() {
