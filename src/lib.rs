@@ -1,8 +1,8 @@
 //! Live, measured light from the real world for Bevy.
 //!
-//! A camera sees a printed marker and a mirrored ball. The marker tells where the camera is, the picture of the ball becomes an
-//! environment map, and virtual objects are lit by it, mirror it, and cast soft colored shadows on each other and on the real
-//! things in the picture.
+//! A camera sees a printed marker and a mirrored ball. The marker gives the camera's pose, the image of the ball
+//! becomes an environment map, and virtual objects are lit by it, mirror it, and cast soft colored shadows on each
+//! other and on the real things in the frame.
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -24,9 +24,9 @@
 //! # Data flow
 //!
 //! ```text
-//!  picture ──► camera ──┬─► tracking ──► camera pose / anchor transforms
+//!  frame ────► camera ──┬─► tracking ──► camera pose / anchor transforms
 //!                       │        │                        │
-//!                       │        │ paper brightness       │ place of the ball
+//!                       │        │ radiance of the paper  │ position of the ball
 //!                       │        ▼                        ▼
 //!                       ├─ phantom ───► probe ── where the ball is, what is around it
 //!  glTF ──► authoring ──┤  (real or      │
@@ -34,17 +34,47 @@
 //!                       ├──────────► lighting ── what the camera clipped, from the desk ──► real lights as entities
 //!                       │                │ gain per direction
 //!                       │                ▼
-//!                       ├──────────► unwrap ── cube ──► prefilter ── diffuse + specular maps ──► every StandardMaterial
+//!                       ├──────────► unwrap ── cube ──► prefilter ── diffuse + specular maps ──► StandardMaterial
 //!                       │                                │
 //!                       │     casters, real lights ──► shadows ── depth atlas + weight per direction
 //!                       │                                │
 //!                       └─ background                    ▼
-//!                             └──────────► materials ── phantoms: camera × ratio;  virtual: diffuse × ratio, smooth or in bands
+//!                             └──────────► materials ── phantoms: frame × ratio; virtual: diffuse × ratio, or bands
 //! ```
 //!
-//! The modules are the stages in this order, and so are the sets of a frame, [`MirrorballSystems`] and [`MirrorballPasses`]; each
-//! module's documentation says what enters, what leaves, what it costs and where its limits are. A stage uses only stages above
-//! it, and all of them the ground floor: [`environment_map`]. [`mod@debug`] reads what they leave and shows how the measuring goes.
+//! The modules are the stages in this order, and so are the sets of a frame, [`MirrorballSystems`] and
+//! [`MirrorballPasses`]. Each module's documentation states what enters, what leaves, what it costs and where its
+//! limits are. A stage uses only the stages above it, and all stages use the ground floor, [`environment_map`].
+//! [`mod@debug`] reads the results of all stages and shows how well the measurement works.
+//!
+//! # Glossary
+//!
+//! - *frame*: one image that a camera delivers ([`CameraFrame`](camera::CameraFrame)); *image* means a file or a
+//!   texture.
+//! - *intrinsics*: focal lengths and principal point of a camera in pixels ([`Intrinsics`](camera::Intrinsics)).
+//! - *marker*: printed square of the tag36h11 family; its frame of reference is a
+//!   [`MarkerAnchor`](tracking::MarkerAnchor).
+//! - *phantom*: virtual stand-in for a real thing: it hides virtual things and catches their shadows
+//!   ([`PhantomObject`](phantom::PhantomObject)).
+//! - *light probe*: a mirrored ball, a fisheye or another device whose frames show the surroundings ([`probe`]).
+//! - *radiance*: light from one direction, per channel, in linear camera units; *irradiance* is its cosine-weighted
+//!   integral.
+//! - *clipped*: at the sensor's white: the true radiance is larger by an unknown *gain*, which [`lighting`] recovers.
+//! - *exposure bracketing*: frames of one scene with several exposures; short ones show what the normal one clips
+//!   ([`BracketedFrames`](camera::BracketedFrames)).
+//! - *light transport*: irradiance at points of the desk per radiance of each direction, past everything in between
+//!   ([`lighting::solver`]).
+//! - *environment cube*: cube map with the radiance of all directions around the probe; alpha is confidence
+//!   ([`EnvironmentCube`](environment_map::EnvironmentCube)).
+//! - *temporal history*: what earlier frames showed of directions that the present one does not ([`unwrap`]).
+//! - *prefiltering*: convolution of the cube for diffuse and specular reflection, one mip level per roughness
+//!   ([`prefilter`]).
+//! - *dome*: the set of shadow directions that samples the whole environment
+//!   ([`ShadowDomeLight`](shadows::ShadowDomeLight)).
+//! - *key light*: a strong, compact real light with a finer shadow map of its own ([`RealLight`](lighting::RealLight)).
+//! - *visibility pass*: compute pass that sums visibility × light once per sample of the frame instead of once per
+//!   fragment.
+//! - *twin*: function on the CPU and the same one in a shader; a *mirror* is a struct that both share byte for byte.
 //!
 //! # Cargo features
 //! - `apriltag` (default): marker detection with the AprilTag C library; needs a C compiler.
@@ -52,20 +82,23 @@
 //! - `egui`: `debug::MirrorballPanelPlugin`.
 //!
 //! # Frames of reference and units
-//! World: Bevy's, right-handed, +Y up, metres. Marker: origin at the center of the black square, +X right, +Y out of the paper,
-//! +Z to the bottom edge of the marker as the AprilTag project prints it; flat on a desk it has +Y up. Camera: Bevy's, looks along
-//! −Z. Image: pixels, origin top-left, +v down, the first pixel's center at 0.5. Transforms are named `target_from_source`.
+//! World: Bevy's, right-handed, +Y up, meters. Marker: origin at the center of the black square, +X right, +Y out of
+//! the paper, +Z to the bottom edge of the marker as the AprilTag project prints it; flat on a desk it has +Y up.
+//! Camera: Bevy's, looks along −Z. Frames and images: pixels, origin top-left, +v down, the first pixel's center at
+//! 0.5. Transforms are named `target_from_source`. Angles are radians unless a name says degrees.
 //!
 //! Light is in *linear camera units*: 1.0 is the sensor's white, and shows as 1.0 in the frame buffer at any
 //! [`Exposure`](bevy::camera::Exposure). A white virtual surface beside white paper comes out as white as the paper.
 //!
 //! # Drivers
-//! A picture must not hang on what WGSL leaves open: the accuracy of `atan2`, `sin` and the like, filtering weights, what lies across
-//! the edges of a cube, derivatives, not-a-number, the order of writes. So angles come from `trigonometry.wgsl`, tables and solid angles
-//! from the CPU in double precision, cubes are read face by face (`environment_map/cubemap.wgsl`), multisampled prepasses where their sample lies,
-//! and divisors are clamped. `tests/environment/shaders/loose_builtins.rs` lists each use of a loosely defined builtin with the reason why it is harmless.
+//! The output must not depend on what WGSL leaves open: the accuracy of `atan2`, `sin` and the like, filtering weights,
+//! lookups across the edges of a cube, derivatives, not-a-number, the order of writes. Therefore angles come from
+//! `trigonometry.wgsl`, tables and solid angles from the CPU in double precision, cubes are read face by face
+//! (`environment_map/cubemap.wgsl`), multisampled prepasses are read where their samples lie, and divisors are clamped.
+//! `tests/environment/shaders` lists each use of a loosely defined builtin with the reason why it is harmless.
 //!
-//! Each shader stage keeps within WebGPU's default limits, beside what Bevy binds for the view, the mesh and a `StandardMaterial`:
+//! Each shader stage keeps within WebGPU's default limits, in addition to what Bevy binds for the view, the mesh and a
+//! `StandardMaterial`:
 //!
 //! | in a fragment of an [`ArCamera`](camera::ArCamera) | WebGPU | image-based or toon surface | of it ours |
 //! |---|---|---|---|
@@ -74,25 +107,29 @@
 //! | storage buffers | 8 | 7 | 3 |
 //! | uniform buffers | 12 | 6 | 1 |
 //!
-//! There is no texture left: what comes next shares a binding. `tests/environment/device.rs` counts. Bevy itself goes beyond on native devices
-//! (occlusion culling, its own environment filter) and leaves that out where it does not fit; its ambient occlusion needs a texture
-//! more than there is. On WebGPU irradiance volumes are off, so that they need none.
+//! No texture is left: the next feature has to share a binding. `tests/environment/device.rs` counts. Bevy itself
+//! exceeds these limits on native devices (occlusion culling, its own environment filter) and omits those features
+//! where they do not fit; its ambient occlusion needs one texture more than there is. On WebGPU irradiance volumes are
+//! off, so they need none.
 //!
 //! # Why does nothing happen?
-//! The [`Checklist`](debug::Checklist) answers it in words while the game runs, and the panel of the feature `egui` shows it.
+//! The [`Checklist`](debug::Checklist) answers in words while the game runs, and the panel of the feature `egui` shows
+//! it.
 //!
-//! - *The picture is not shown:* read the camera's [`FeedState`](camera::FeedState); a source that cannot be read is an error in
-//!   the log.
-//! - *The camera does not move:* [`MarkerTracking::state`](tracking::MarkerTracking::state) stays `Searching` until the marker is
-//!   wholly in the picture, 40 pixels wide, sharp and with its white margin. One anchor needs [`WorldOrigin`](tracking::WorldOrigin).
-//! - *Objects are misplaced:* without [`ArCamera::intrinsics`](camera::ArCamera::intrinsics) a field of view of 60° is assumed.
-//! - *Objects are black:* [`ProbeMeasurement::is_in_view`](probe::ProbeMeasurement::is_in_view) says whether the ball is where
-//!   the scene says, at least 12 pixels wide.
+//! - *The camera's frames are not shown:* read the [`FeedState`](camera::FeedState) on the camera; a source that cannot
+//!   be read is an error in the log.
+//! - *The camera does not move:* [`MarkerTracking::state`](tracking::MarkerTracking::state) stays `Searching` until the
+//!   whole marker is in the frame, 40 pixels wide, sharp and with its white margin. One anchor needs
+//!   [`WorldOrigin`](tracking::WorldOrigin).
+//! - *Objects are misplaced:* without [`ArCamera::intrinsics`](camera::ArCamera::intrinsics) a field of view of 60° is
+//!   assumed.
+//! - *Objects are black:* [`ProbeMeasurement::is_in_view`](probe::ProbeMeasurement::is_in_view) says whether the ball
+//!   is where the scene says, at least 12 pixels wide.
 //! - *No shadows:* a [`ShadowDomeLight`](shadows::ShadowDomeLight) has to exist, the desk has to be a
 //!   [`PhantomObject`](phantom::PhantomObject), and casters must not have `NotShadowCaster`.
 //! - *Lights are colored oddly or too strong:* lower the camera's exposure until few pixels of the ball are clipped
-//!   ([`ProbeMeasurement::clipped_fraction`](probe::ProbeMeasurement::clipped_fraction)), or give
-//!   [shorter exposures](camera::BracketedFrames) beside it.
+//!   ([`ProbeMeasurement::clipped_fraction`](probe::ProbeMeasurement::clipped_fraction)), or add
+//!   [bracketed exposures](camera::BracketedFrames).
 
 // In the order of the data flow, above the ground floor.
 pub mod environment_map;
@@ -145,22 +182,22 @@ pub mod offscreen {
 
 use bevy::{app::PluginGroupBuilder, prelude::*};
 
-/// All of the crate. Add after [`DefaultPlugins`].
+/// All plugins of the crate. Add it after [`DefaultPlugins`].
 ///
-/// | plugin | does |
+/// | plugin | responsibility |
 /// |---|---|
-/// | [`camera::CameraPlugin`] | takes camera pictures in, shows them, projects like the real camera |
-/// | [`tracking::TrackingPlugin`] | finds markers, moves the camera or the anchors |
-/// | [`phantom::PhantomPlugin`] | tells real from virtual |
-/// | [`probe::ProbePlugin`] | where the mirrored ball is, what it shows |
-/// | [`lighting::LightingPlugin`] | what the camera clipped, from what stands on the desk |
+/// | [`camera::CameraPlugin`] | receives camera frames, shows them, projects like the real camera |
+/// | [`tracking::TrackingPlugin`] | detects markers, moves the camera or the anchors |
+/// | [`phantom::PhantomPlugin`] | separates real from virtual things |
+/// | [`probe::ProbePlugin`] | measures where the light probes are and what surrounds them |
+/// | [`lighting::LightingPlugin`] | recovers clipped light, detects and tracks real lights |
 /// | [`unwrap::UnwrapPlugin`] | frames → environment cube |
 /// | [`prefilter::PrefilterPlugin`] | environment cube → light on every `StandardMaterial` |
 /// | [`shadows::ShadowsPlugin`] | dome of shadow directions |
 /// | [`materials::MaterialsPlugin`] | phantoms, image-based surfaces, toons |
 /// | [`authoring::AuthoringPlugin`] | glTF extras → components |
-/// | [`debug::MirrorballDiagnosticsPlugin`] | figures as Bevy diagnostics |
-/// | [`debug::MapViewPlugin`] | pictures of the environment's maps |
+/// | [`debug::MirrorballDiagnosticsPlugin`] | measurements as Bevy diagnostics |
+/// | [`debug::MapViewPlugin`] | images of the environment's maps |
 ///
 /// Each can be used alone or left out with [`PluginGroupBuilder::disable`].
 #[derive(Default)]

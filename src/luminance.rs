@@ -2,7 +2,8 @@
 
 use bevy::{prelude::*, shader::load_shader_library};
 
-/// Weights of linear red, green and blue in luminance (ITU-R BT.709). Mirror of `LUMINANCE_WEIGHTS` in `luminance.wgsl`.
+/// Weights of linear red, green and blue in luminance (ITU-R BT.709). Mirror of `LUMINANCE_WEIGHTS` in
+/// `luminance.wgsl`.
 const LUMINANCE_WEIGHTS: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Luminance of a linear color.

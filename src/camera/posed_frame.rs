@@ -1,7 +1,7 @@
 //! A frame together with the pinhole camera and the pose that it was taken with.
 
 use super::{FramePixels, Intrinsics};
-use bevy::{math::Affine3A, prelude::*};
+use glam::{Affine3A, Vec2, Vec3};
 
 /// A camera frame with everything that turns its pixels into rays and radiance.
 #[derive(Clone, Copy, Debug)]
@@ -22,8 +22,8 @@ impl PosedFrame<'_> {
         self.intrinsics.project(self.camera_from_world.transform_point3(pos_world))
     }
 
-    /// The four pixels around a pixel position with their weights in bilinear interpolation, which add up to 1. Values are
-    /// linear, in units of this frame: its exposure is not divided out. The frame's border continues outwards.
+    /// The four pixels around a pixel position with their weights in bilinear interpolation, which add up to 1. Values
+    /// are linear, in units of this frame: its exposure is not divided out. The frame's border continues outwards.
     pub(crate) fn bilinear(&self, pixel: Vec2) -> [(f32, Vec3); 4] {
         let corner = (pixel - 0.5).floor();
         let t = pixel - 0.5 - corner;
@@ -40,6 +40,7 @@ impl PosedFrame<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::UVec2;
 
     #[test]
     fn bilinear_weights_add_up_and_prefer_the_nearest_pixel() {

@@ -1,7 +1,7 @@
 //! Equirectangular images on the CPU, and their conversion from and to cube maps.
 
 use super::{CubePixels, face_direction};
-use bevy::prelude::*;
+use glam::{Quat, UVec2, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// Equirectangular image on the CPU, twice as wide as high: column ÷ width is the azimuth from −Z towards +X, row ÷

@@ -5,7 +5,7 @@
 
 use super::{CubePixels, face_direction};
 use crate::luminance::luminance;
-use bevy::prelude::*;
+use glam::{UVec2, Vec3};
 use std::f32::consts::PI;
 
 /// Radiance by direction as spherical harmonics up to order 2.
@@ -86,6 +86,7 @@ impl CubePixels {
 mod tests {
     use super::*;
     use crate::environment_map::equirect_direction;
+    use glam::Vec2;
 
     fn directions() -> impl Iterator<Item = Vec3> {
         (0..60).map(|i| equirect_direction(Vec2::new((i as f32 * 0.618_034).fract(), (i as f32 + 0.5) / 60.0)))

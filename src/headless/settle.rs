@@ -30,8 +30,8 @@ pub fn update_until(
     let started = Instant::now();
     loop {
         update(app)?;
-        // Frames are submitted faster than a slow device finishes them. Without waiting here, the backlog would look like
-        // a device that hangs.
+        // Frames are submitted faster than a slow device finishes them. Without waiting here, the backlog would look
+        // like a device that hangs.
         match app.world().get_resource::<RenderDevice>().map(|device| device::wait(device, MAX_BUSY_TIME)) {
             Some(DeviceState::Busy) => return Err(HeadlessError::Hung(MAX_BUSY_TIME)),
             Some(DeviceState::Lost) => return Err(HeadlessError::Stopped),

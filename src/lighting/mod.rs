@@ -35,9 +35,9 @@
 //!   the brightest view, which has the least noise. A frame whose paper differs by a quarter or more from its stated
 //!   exposure shows other light and is ignored. On a ray-traced desk with lamps 90, 18 and 4 times white, and nothing
 //!   but the marker's paper beside the ball, exposures of 1/8 and 1/125 reduce the errors of the lamps from −42, +200
-//!   and +113 % to +2, 0 and −3 %. A camera's [`BracketedFrames`](crate::camera::BracketedFrames) are used with the next
-//!   normal frame, for five seconds at most; the pose of the ball in them is interpolated between the frames before and
-//!   after. Phantoms are not needed then, but the marker is.
+//!   and +113 % to +2, 0 and −3 %. A camera's [`BracketedFrames`](crate::camera::BracketedFrames) are used with the
+//!   next normal frame, for five seconds at most; the pose of the ball in them is interpolated between the frames
+//!   before and after. Phantoms are not needed then, but the marker is.
 //!
 //! # Near lamps
 //! A lamp two meters away lights the near edge of a desk by a third more than the far edge, and its shadows fan out.

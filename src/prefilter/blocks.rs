@@ -1,6 +1,6 @@
 //! Blocks: 6 · 8² parts of the sphere, each of which counts as light from one direction.
 
-use bevy::prelude::*;
+use glam::Vec4;
 
 /// Blocks along a cube edge, as in `convolve.wgsl`.
 pub(super) const BLOCK_EDGE: u32 = 8;

@@ -4,7 +4,7 @@ use crate::{
     camera::{FramePixels, srgb_to_linear},
     luminance::luminance,
 };
-use bevy::prelude::*;
+use glam::Vec3;
 
 /// Smallest sRGB byte that counts as clipped, one step of noise below white.
 pub(super) const CLIPPED_FROM: u8 = 254;

@@ -4,7 +4,7 @@ use crate::{
     camera::{FramePixels, Intrinsics},
     median::median_by,
 };
-use bevy::{math::Affine3A, prelude::*};
+use glam::{Affine3A, Vec2, Vec3};
 
 /// Number of cells along the side of the black square of a tag36h11 marker.
 pub(crate) const SQUARE_CELLS: f32 = 8.0;

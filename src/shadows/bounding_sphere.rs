@@ -1,6 +1,6 @@
 //! Bounding sphere of all casters.
 
-use bevy::prelude::*;
+use glam::Vec3;
 
 /// Minimum fraction of the last sphere's radius that the casters must fill to keep that sphere.
 const MIN_KEPT_FILL: f32 = 0.7;

@@ -2,7 +2,7 @@
 
 use super::{DetectedMarker, LumaView, MarkerDetector};
 use crate::{camera::FramePixels, luminance::luminance};
-use bevy::{math::DVec2, prelude::*};
+use glam::{DVec2, UVec2};
 
 /// Side of the window around a marker, as a multiple of the size of the marker.
 const WINDOW_SIZE: f64 = 2.3;

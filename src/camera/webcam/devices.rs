@@ -75,8 +75,8 @@ pub struct DeviceOptions {
     pub exposure: DeviceExposure,
     /// Exposure bracketing: shorter exposures that the camera takes in between, as fractions of the usual one, above 0
     /// and below 1. The usual exposure has to be [`DeviceExposure::Seconds`]. The additional frames resolve lamps that
-    /// clip at the usual exposure ([`BracketedFrames`](crate::camera::BracketedFrames)); they are not shown. Defaults to
-    /// none.
+    /// clip at the usual exposure ([`BracketedFrames`](crate::camera::BracketedFrames)); they are not shown. Defaults
+    /// to none.
     ///
     /// Each shorter exposure is taken once every two seconds. Cameras apply a change of exposure some frames late, so
     /// that five frames for each shorter exposure and four more are not shown: with one of them at 30 frames per

@@ -2,7 +2,7 @@
 
 use super::{desk_frame::MirrorBall, radiance_cells::RadianceCell};
 use crate::probe::BallView;
-use bevy::prelude::*;
+use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
 /// Mirror image of the sky in a ball, as seen from a point near it.
@@ -101,7 +101,7 @@ mod tests {
         let tinted = |dir: Vec3| 1.0 + 0.5 * dir.x + 0.3 * dir.z;
         let ours: f32 = cube_directions(32)
             .map(|(dir_world, solid_angle)| {
-                tinted(dir_world) * reflection.weight(&RadianceCell { dir_world, solid_angle, ..default() })
+                tinted(dir_world) * reflection.weight(&RadianceCell { dir_world, solid_angle, ..Default::default() })
             })
             .sum();
         let view = BallView { center_camera: ball.center, radius: ball.radius };

@@ -5,7 +5,7 @@ use crate::{
     camera::{FramePixels, Intrinsics, PosedFrame},
     probe::BallSurface,
 };
-use bevy::{math::Affine3A, prelude::*};
+use glam::{Affine3A, Vec3};
 use std::sync::Arc;
 
 /// Everything that is known about a desk when a frame of it was taken.

@@ -5,7 +5,7 @@ use super::{
     regions::{Region, connected_groups},
 };
 use crate::{luminance::luminance, median::median_by};
-use bevy::prelude::*;
+use glam::Vec3;
 
 /// A light, as detected in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -199,7 +199,7 @@ mod tests {
                 dir_world,
                 solid_angle,
                 seen: radiance(dir_world),
-                ..default()
+                ..Default::default()
             })
             .collect()
     }

@@ -8,7 +8,7 @@ use super::{
     regions::{Region, profiles, shape_profile},
     sample_points::{SamplePoint, Surface, sample_radiance},
 };
-use bevy::prelude::*;
+use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
 /// Equation of one point. Index 3 of the arrays is the mean of the channels.

@@ -11,7 +11,7 @@ use super::{
     robust_fit::GrayFit,
     sample_points::Surface,
 };
-use bevy::prelude::*;
+use glam::Vec3;
 
 /// Inverse distances to try, per meter; the first is infinitely far away.
 const INVERSE_DISTANCES: [f32; 6] = [0.0, 0.2, 0.35, 0.6, 1.0, 1.8];

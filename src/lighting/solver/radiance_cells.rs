@@ -6,7 +6,7 @@ use crate::{
     environment_map::cube_directions,
     probe::{BallSurface, BallView, EDGE_MARGIN_PIXELS, gain_limits},
 };
-use bevy::prelude::*;
+use glam::{Vec2, Vec3};
 
 /// Cells along an edge of the cube that light is solved on; 2.8° each.
 pub(crate) const CELLS_PER_EDGE: u32 = 32;
@@ -98,7 +98,7 @@ impl<'a> BallInFrame<'a> {
         let points = SurfacePointTable::new(self.ball, edge_angle);
         cube_directions(edge)
             .map(|(dir_world, solid_angle)| {
-                let mut cell = RadianceCell { dir_world, solid_angle, ..default() };
+                let mut cell = RadianceCell { dir_world, solid_angle, ..Default::default() };
                 let step = solid_angle.sqrt() / SUBSAMPLES as f32;
                 let (right, up) = dir_world.any_orthonormal_pair();
                 let mut limits = Vec3::ZERO;

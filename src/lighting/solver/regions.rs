@@ -2,7 +2,7 @@
 
 use super::radiance_cells::{CELLS_PER_EDGE, RadianceCell};
 use crate::environment_map::cube_directions;
-use bevy::{math::Mat3, prelude::*};
+use glam::{Mat3, Vec3};
 use std::sync::LazyLock;
 
 /// A group of cells of the sky.

@@ -8,7 +8,7 @@ use crate::{
     camera::{FramePixels, Intrinsics},
     probe::{MARGIN_CELLS, SQUARE_CELLS},
 };
-use bevy::{math::Affine3A, prelude::*};
+use glam::{Affine3A, Vec2, Vec3};
 
 /// Surface that a point belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]

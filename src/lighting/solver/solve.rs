@@ -13,7 +13,7 @@ use super::{
     solved_light::{SolvedLight, SolvedRegion, cell_gains},
 };
 use crate::probe::BallView;
-use bevy::{math::Affine3A, prelude::*};
+use glam::{Affine3A, Vec3};
 use std::sync::Arc;
 
 /// Data that stay the same from frame to frame while nothing moves.
@@ -46,7 +46,7 @@ pub(in crate::lighting) fn unsolved_light(desk: &DeskFrame, gain: Vec3, up_world
     let view = BallView::new(desk.camera_from_world.transform_point3(desk.ball.center), desk.ball.radius)?;
     let sky = BallInFrame::new(desk.posed_frame(), &desk.ball, &view).radiance_cells(CELLS_PER_EDGE);
     let gains = sky.iter().map(|cell| 1.0 + (gain - 1.0) * cell.dir_world.dot(up_world).max(0.0)).collect();
-    Some(SolvedLight { gains, sky, ..default() })
+    Some(SolvedLight { gains, sky, ..Default::default() })
 }
 
 impl SolverCache {

@@ -5,7 +5,7 @@ use super::{
     radiance_cells::RadianceCell,
     regions::{Region, neighbors_of},
 };
-use bevy::prelude::*;
+use glam::Vec3;
 use std::f32::consts::PI;
 
 /// A clipped region of the sky and its solution.

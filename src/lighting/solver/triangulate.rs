@@ -11,7 +11,7 @@ use super::{
     solved_light::SolvedLight,
 };
 use crate::probe::{BallView, EDGE_MARGIN_PIXELS};
-use bevy::prelude::*;
+use glam::{Vec2, Vec3};
 
 /// Angle between samples of the sky around a light, radians.
 const STEP: f32 = 0.006;
