@@ -44,7 +44,8 @@
 //!
 //! The modules are the stages in this order, and so are the sets of a frame, [`MirrorballSystems`] and
 //! [`MirrorballPasses`]. Each module's documentation states what enters, what leaves, what it costs and where its
-//! limits are. A stage uses only the stages above it, and all stages use the ground floor, [`environment_map`].
+//! limits are. A stage uses only the stages above it, and all stages use the ground floor: [`environment_map`] and
+//! [`headless`].
 //! [`mod@debug`] reads the results of all stages and shows how well the measurement works.
 //!
 //! # Glossary
@@ -131,8 +132,9 @@
 //!   ([`ProbeMeasurement::clipped_fraction`](probe::ProbeMeasurement::clipped_fraction)), or add
 //!   [bracketed exposures](camera::BracketedFrames).
 
-// In the order of the data flow, above the ground floor.
+// The ground floor, then the stages in the order of the data flow.
 pub mod environment_map;
+pub mod headless;
 
 pub mod camera;
 pub mod tracking;
@@ -145,7 +147,6 @@ pub mod shadows;
 pub mod materials;
 pub mod authoring;
 pub mod debug;
-pub mod headless;
 mod compute_pass;
 mod device;
 mod least_squares;

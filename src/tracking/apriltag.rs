@@ -35,8 +35,8 @@ impl AprilTagDetector {
             return Err(TrackingError::OutOfMemory);
         };
         let this = Self { family, detector };
-        // SAFETY: the detector was just created and is read as the plain struct that it is declared as; values of another
-        // layout are still initialized bytes of numbers.
+        // SAFETY: the detector was just created and is read as the plain struct that it is declared as; values of
+        // another layout are still initialized bytes of numbers.
         let fresh = unsafe { detector.as_ref() };
         // A system library of another version has other fields here. These are the documented defaults of 3.4.5.
         let is_known = fresh.nthreads == 1
@@ -47,8 +47,8 @@ impl AprilTagDetector {
         if !is_known {
             return Err(TrackingError::WrongLibrary);
         }
-        // SAFETY: the detector is exclusively ours, of a known layout. This is the default already, but without it corners
-        // are off by 0.6 px instead of 0.07 px.
+        // SAFETY: the detector is exclusively ours, of a known layout. This is the default already, but without it
+        // corners are off by 0.6 px instead of 0.07 px.
         unsafe { (*detector.as_ptr()).refine_edges = true };
         // SAFETY: both were created above; the detector only borrows the family, which `drop` frees after it.
         unsafe { sys::apriltag_detector_add_family_bits(detector.as_ptr(), family.as_ptr(), MAX_CORRECTED_BITS) };
