@@ -214,7 +214,7 @@ fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
     if !probes.contains(&true) {
         return Err(format!(
             "no ball: by the marker's pose the ball of {scene} lies outside {frame} or is too small in it. Check the node's \
-             position (metres, in the marker's frame), the marker's size and --intrinsics"
+             position (meters, in the marker's frame), the marker's size and --intrinsics"
         )
         .into());
     }
