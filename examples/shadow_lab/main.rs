@@ -6,7 +6,7 @@
 //!     --headless --frames 8 --out shadow_lab --directions 64 --filter gauss
 //! ```
 //!
-//! Everything is virtual: there is no marker, no ball and no camera. In this scene Kunze (2006) compared shadows.
+//! Everything is virtual: there is no marker, no ball and no camera. In such a scene Freiling (2006) compared shadows.
 
 mod options;
 mod panel;

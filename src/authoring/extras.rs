@@ -27,7 +27,8 @@ impl ParsedExtras {
 
 /// Parses the extras of one node. `context` is repeated in errors and warnings.
 ///
-/// Extras that are valid JSON but not an object contain no components; that is not a mistake.
+/// Extras that are valid JSON but not an object contain no components; that is not a mistake. The value of a component
+/// may be an object or a text with one.
 ///
 /// ```
 /// use bevy_mirrorball::authoring::{AuthoredComponent, NodeContext, parse_node_extras};
@@ -59,7 +60,7 @@ pub fn parse_node_extras(json: &str, context: &NodeContext) -> ParsedExtras {
     let mut entries: Vec<_> = entries.into_iter().collect();
     entries.sort_by(|(a, _), (b, _)| a.cmp(b));
     for (key, value) in entries {
-        match AuthoredComponent::read(&key, &value) {
+        match AuthoredComponent::read(&key, &as_object(value)) {
             Some(Ok(component)) => parsed.components.push(component),
             Some(Err(problems)) => parsed.errors.extend(problems.into_iter().map(error)),
             None => {
@@ -70,6 +71,14 @@ pub fn parse_node_extras(json: &str, context: &NodeContext) -> ParsedExtras {
         }
     }
     parsed
+}
+
+/// Returns the object in a text: what Blender writes for a custom property of type string, the easiest to make.
+fn as_object(value: Value) -> Value {
+    match &value {
+        Value::String(text) => serde_json::from_str(text).ok().filter(Value::is_object).unwrap_or(value),
+        _ => value,
+    }
 }
 
 #[cfg(test)]
@@ -126,6 +135,18 @@ mod tests {
             }),
         ];
         assert_eq!(parse(json).into_result().expect("no mistake"), expected);
+    }
+
+    #[test]
+    fn components_may_be_given_as_text() {
+        let json = r#"{"MarkerAnchor": "{\"id\": 3, \"size\": 0.2}", "WorldOrigin": "{}"}"#;
+        let expected =
+            [AuthoredComponent::MarkerAnchor(MarkerAnchor::new(3, 0.2)), AuthoredComponent::WorldOrigin(WorldOrigin)];
+        assert_eq!(parse(json).into_result().expect("no mistake"), expected);
+        let message = complaint(r#"{"LightProbeSphere": "{\"radius\": 0}"}"#);
+        assert!(message.contains("LightProbeSphere.radius"), "{message}");
+        let message = complaint(r#"{"LightProbeSphere": "radius 5"}"#);
+        assert!(message.contains("radius 5") && message.contains("object"), "{message}");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use bevy::{
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
 };
+use image::{DynamicImage, ImageDecoder, ImageReader, ImageResult};
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
@@ -12,21 +13,35 @@ use std::{
 };
 
 impl FramePixels {
-    /// Reads and decodes an image file.
+    /// Reads and decodes an image file, upright: turned and mirrored as its EXIF orientation says. Linear formats
+    /// (Radiance, OpenEXR) are encoded to sRGB, and clip above 1 as a camera's sensor would.
     ///
     /// # Errors
     /// [`CameraError::File`] names the file and contains the error of the decoder.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, CameraError> {
         let path = path.as_ref();
         let fail = |source| CameraError::File { path: path.to_owned(), source };
-        let image = image::ImageReader::open(path)
-            .and_then(image::ImageReader::with_guessed_format)
-            .map_err(|error| fail(error.into()))?
-            .decode()
-            .map_err(fail)?
-            .into_rgba8();
+        let image = decode_upright(path).map_err(fail)?.into_rgba8();
         Ok(Self { size: UVec2::new(image.width(), image.height()), rgba: image.into_raw() })
     }
+}
+
+/// Decodes an image file and applies its EXIF orientation; encodes linear values to sRGB.
+fn decode_upright(path: &Path) -> ImageResult<DynamicImage> {
+    let mut decoder = ImageReader::open(path)?.with_guessed_format()?.into_decoder()?;
+    let orientation = decoder.orientation()?;
+    let mut image = DynamicImage::from_decoder(decoder)?;
+    image.apply_orientation(orientation);
+    Ok(match image {
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
+            let mut linear = image.into_rgb32f();
+            for value in linear.iter_mut() {
+                *value = Srgba::gamma_function_inverse(value.clamp(0.0, 1.0));
+            }
+            DynamicImage::ImageRgb32F(linear)
+        }
+        encoded => encoded,
+    })
 }
 
 /// An image file that is being decoded in the background.
@@ -63,5 +78,60 @@ impl Decoded {
     ) -> Result<SourceFrame, CameraError> {
         let pixels = Arc::new(self.pixels?);
         Ok(SourceFrame { pixels, captured, decode_time: self.time, intrinsics, exposure: 1.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{ImageEncoder, ImageFormat, Rgb32FImage, RgbImage, codecs::png::PngEncoder};
+
+    /// Exif data with nothing but an orientation, in little-endian TIFF.
+    fn exif(orientation: u8) -> Vec<u8> {
+        let entry = [0x12, 0x01, 3, 0, 1, 0, 0, 0, orientation, 0, 0, 0];
+        [&b"II*\0\x08\0\0\0\x01\0"[..], &entry, &[0; 4]].concat()
+    }
+
+    fn scratch(name: &str) -> PathBuf {
+        std::env::temp_dir().join(format!("bevy_mirrorball_{}_{name}", std::process::id()))
+    }
+
+    #[test]
+    fn photographs_are_turned_as_their_exif_orientation_says() {
+        // Upright, the pixels are 1 2 / 3 4 / 5 6. Stored as each orientation stores them (EXIF 2.3, 4.6.4).
+        let stored: [(u8, u32, [u8; 6]); 8] = [
+            (1, 2, [1, 2, 3, 4, 5, 6]),
+            (2, 2, [2, 1, 4, 3, 6, 5]),
+            (3, 2, [6, 5, 4, 3, 2, 1]),
+            (4, 2, [5, 6, 3, 4, 1, 2]),
+            (5, 3, [1, 3, 5, 2, 4, 6]),
+            (6, 3, [2, 4, 6, 1, 3, 5]),
+            (7, 3, [6, 4, 2, 5, 3, 1]),
+            (8, 3, [5, 3, 1, 6, 4, 2]),
+        ];
+        for (orientation, width, pixels) in stored {
+            let path = scratch(&format!("turned_{orientation}.png"));
+            let image = RgbImage::from_fn(width, 6 / width, |x, y| image::Rgb([pixels[(y * width + x) as usize]; 3]));
+            let mut encoder = PngEncoder::new(std::fs::File::create(&path).expect("a writable folder"));
+            encoder.set_exif_metadata(exif(orientation)).expect("PNG has Exif data");
+            encoder.write_image(&image, width, 6 / width, image::ExtendedColorType::Rgb8).expect("written");
+            let frame = FramePixels::open(&path).expect("an image");
+            std::fs::remove_file(&path).expect("exists");
+            let found: Vec<u8> = frame.rgba.chunks_exact(4).map(|pixel| pixel[0]).collect();
+            assert_eq!((frame.size, &found[..]), (UVec2::new(2, 3), &[1, 2, 3, 4, 5, 6][..]), "{orientation}");
+        }
+    }
+
+    #[test]
+    fn linear_images_are_encoded_as_a_camera_would() {
+        for (name, format) in [("linear.hdr", ImageFormat::Hdr), ("linear.exr", ImageFormat::OpenExr)] {
+            let path = scratch(name);
+            let values = [0.0, 0.5, 7.0];
+            let image = Rgb32FImage::from_fn(3, 1, |x, _| image::Rgb([values[x as usize]; 3]));
+            image.save_with_format(&path, format).expect("written");
+            let frame = FramePixels::open(&path).expect("an image");
+            std::fs::remove_file(&path).expect("exists");
+            assert_eq!([0, 1, 2].map(|x| frame.rgb8(x, 0)[1]), [0, 188, 255], "{name}");
+        }
     }
 }

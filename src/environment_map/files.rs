@@ -6,7 +6,7 @@
 
 use super::EquirectPixels;
 use bevy::prelude::*;
-use image::{ImageError, ImageFormat, ImageReader, Rgb32FImage};
+use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Rgb32FImage, codecs::hdr::HdrDecoder};
 use std::{
     fs::File,
     io::{BufReader, BufWriter},
@@ -54,8 +54,9 @@ fn format_of(path: &Path) -> Result<ImageFormat, EnvironmentFileError> {
 }
 
 impl EquirectPixels {
-    /// Reads a Radiance or OpenEXR file. Negative values and those that are not a number become 0, infinite ones the
-    /// largest finite value.
+    /// Reads a Radiance or OpenEXR file. The values of a Radiance file are divided by its `EXPOSURE`. Negative values
+    /// and those that are not a number become 0, infinite ones 65504, the largest value of an environment cube, and
+    /// none is larger than 1e20, so that sums stay finite.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, EnvironmentFileError> {
         let path = path.as_ref();
         let pixels = read(path, format_of(path)?)
@@ -64,7 +65,11 @@ impl EquirectPixels {
         if size.x != 2 * size.y || size.y == 0 {
             return Err(EnvironmentFileError::Shape { path: path.to_owned(), size });
         }
-        let clean = |value: f32| if value.is_nan() { 0.0 } else { value.clamp(0.0, f32::MAX) };
+        let clean = |value: f32| match value {
+            f32::INFINITY => half::f16::MAX.to_f32(),
+            _ if value.is_nan() => 0.0,
+            _ => value.clamp(0.0, MAX_RADIANCE),
+        };
         let texels = pixels.pixels().map(|pixel| Vec3::from_array(pixel.0).map(clean)).collect();
         Ok(Self { size, texels })
     }
@@ -83,11 +88,30 @@ impl EquirectPixels {
     }
 }
 
+/// Largest value taken from a file: far above any light, and far below the limit of sums over all texels.
+const MAX_RADIANCE: f32 = 1e20;
+
 /// Decodes a file, without a size limit: environments are large, and the game has chosen them.
 fn read(path: &Path, format: ImageFormat) -> Result<Rgb32FImage, ImageError> {
-    let mut reader = ImageReader::with_format(BufReader::new(File::open(path)?), format);
+    let file = BufReader::new(File::open(path)?);
+    if format == ImageFormat::Hdr {
+        return read_radiance(file);
+    }
+    let mut reader = ImageReader::with_format(file, format);
     reader.no_limits();
     Ok(reader.decode()?.into_rgb32f())
+}
+
+/// Decodes a Radiance file. Its signature may be `#?RGBE` too, as some programs write. Pixels are divided by the
+/// product of all `EXPOSURE` lines (Ward 1991, *Real pixels*); 0, which some programs write, counts as none.
+fn read_radiance(file: BufReader<File>) -> Result<Rgb32FImage, ImageError> {
+    let decoder = HdrDecoder::new_nonstrict(file)?;
+    let exposure = decoder.metadata().exposure.filter(|exposure| exposure.is_finite() && *exposure > 0.0);
+    let mut pixels = DynamicImage::from_decoder(decoder)?.into_rgb32f();
+    if let Some(exposure) = exposure {
+        pixels.iter_mut().for_each(|value| *value /= exposure);
+    }
+    Ok(pixels)
 }
 
 #[cfg(test)]
@@ -124,12 +148,46 @@ mod tests {
     }
 
     #[test]
+    fn radiance_files_of_other_programs_are_read() {
+        let texel = |header: &str| {
+            let path = scratch("other.hdr");
+            // 2 × 1 pixels of 1, 0.5, 0.25 with the common exponent of 1.
+            let pixels = [128, 64, 32, 129, 128, 64, 32, 129];
+            let file = [header.as_bytes(), b"\n-Y 1 +X 2\n", &pixels].concat();
+            std::fs::write(&path, file).expect("written");
+            let map = EquirectPixels::open(&path);
+            std::fs::remove_file(&path).expect("exists");
+            map.map(|map| map.texels[1]).map_err(|error| error.to_string())
+        };
+        let plain = Vec3::new(1.0, 0.5, 0.25);
+        let format = "FORMAT=32-bit_rle_rgbe\n";
+        assert_eq!(texel(&format!("#?RADIANCE\n{format}")), Ok(plain));
+        assert_eq!(texel(&format!("#?RGBE\n{format}")), Ok(plain));
+        assert_eq!(texel(&format!("#?RADIANCE\nEXPOSURE=2\n{format}EXPOSURE=4\n")), Ok(plain / 8.0));
+        assert_eq!(texel(&format!("#?RADIANCE\nEXPOSURE=0\n{format}")), Ok(plain));
+    }
+
+    #[test]
+    fn an_infinite_sun_leaves_cube_and_harmonics_finite() {
+        let path = scratch("sun.exr");
+        let mut sun = gradient();
+        sun.texels[3..7].fill(Vec3::INFINITY);
+        sun.texels[7] = Vec3::MAX;
+        sun.save(&path).expect("written");
+        let cube = EquirectPixels::open(&path).expect("read").to_cube(16, Quat::IDENTITY);
+        std::fs::remove_file(&path).expect("exists");
+        assert!(cube.texels.iter().all(|texel| texel.is_finite()));
+        let light = cube.harmonics().diffuse(Vec3::Y);
+        assert!(light.is_finite() && light.min_element() > 0.0, "{light}");
+    }
+
+    #[test]
     fn values_that_are_no_radiance_do_no_harm() {
         let path = scratch("odd.exr");
         let mut odd = gradient();
         odd.texels[0] = Vec3::new(-1.0, f32::NAN, f32::INFINITY);
         odd.save(&path).expect("written");
-        assert_eq!(EquirectPixels::open(&path).expect("read").texels[0], Vec3::new(0.0, 0.0, f32::MAX));
+        assert_eq!(EquirectPixels::open(&path).expect("read").texels[0], Vec3::new(0.0, 0.0, 65504.0));
         std::fs::remove_file(path).expect("exists");
     }
 

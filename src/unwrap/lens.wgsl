@@ -7,7 +7,6 @@
 
 #import bevy_mirrorball::trigonometry::angle_of
 #import bevy_mirrorball::unwrap::bindings::{frame, unwrap}
-#import bevy_mirrorball::unwrap::clip_gains::gain_from
 #import bevy_mirrorball::unwrap::frame_sampling::{SHARP, SOFT_PIXELS, inside_frame, mean_of_frame}
 #import bevy_mirrorball::unwrap::observation::{MIN_CONFIDENCE, Observation, world_direction}
 
@@ -78,7 +77,8 @@ fn observe(face: u32, p: vec2f, step: f32) -> Observation {
 #endif
     var seen: Observation;
     let texel = mat2x2f(right, down);
-    seen.radiance = mean_of_frame(pixel, texel, gain_from(dir_world, dir), SHARP);
+    // The gain of a second camera holds for all of its light, not only for what is clipped.
+    seen.radiance = mean_of_frame(pixel, texel, vec3f(1.0), SHARP) * unwrap.gain.rgb;
     seen.resolution = clamp(sqrt(abs(determinant(texel))), MIN_CONFIDENCE, 1.0);
     seen.visibility = visibility_in_lens(dir, pixel);
     seen.guess_quality = 0.0;

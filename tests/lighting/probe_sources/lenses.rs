@@ -44,6 +44,22 @@ fn each_lens_gives_the_light_that_it_sees() {
 }
 
 #[test]
+fn the_gain_of_a_second_camera_applies_to_all_of_its_light() {
+    let Some(mut app) = app() else { return };
+    let lens = ProbeLens::Equirect;
+    let size = UVec2::new(320, 160);
+    // Darker than the room, and with another white balance.
+    let gain = Vec3::new(2.0, 1.25, 1.6);
+    let frame = picture(size, |pixel| lens.direction(pixel, size).map_or(Vec3::ZERO, |dir| smooth(dir) / gain));
+    let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
+    app.world_mut().spawn((LightProbeCamera { lens, gain }, feed, Transform::default()));
+    settle(&mut app);
+    let (error, darkest) = judge(&read(&mut app), |_| true);
+    println!("off by {:.2} %, darkest {darkest:.2}", 100.0 * error);
+    assert!(error < LENS_TOLERANCE && darkest > 0.05);
+}
+
+#[test]
 fn a_fisheye_fills_what_the_ball_does_not_show() {
     let Some(mut app) = app() else { return };
     let pose = looking_at(BALL);
