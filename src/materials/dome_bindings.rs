@@ -23,7 +23,7 @@ pub(super) struct DomeBindings {
     #[storage(102, read_only)]
     views: Handle<ShaderBuffer>,
     #[storage(103, read_only)]
-    weights: Handle<ShaderBuffer>,
+    results: Handle<ShaderBuffer>,
     #[storage(104, read_only)]
     visibility: Handle<ShaderBuffer>,
     pub(super) shader: DomeShader,
@@ -34,7 +34,7 @@ impl From<&DomeTextures> for DomeBindings {
         Self {
             atlas: textures.atlas.clone(),
             views: textures.views.clone(),
-            weights: textures.weights.clone(),
+            results: textures.results.clone(),
             visibility: textures.visibility.clone(),
             shader: textures.shader,
         }

@@ -5,6 +5,7 @@ use super::{
     dome_light::ShadowDomeLight,
     filter::DomeShader,
     fitted_dome::FittedDome,
+    render::PYRAMID_BLOCKS,
 };
 use bevy::{
     asset::RenderAssetUsages,
@@ -14,7 +15,7 @@ use bevy::{
     },
 };
 
-/// Binding indices of the atlas, its sampler, the views and the weights, in materials and in the visibility pass.
+/// Binding indices of the atlas, its sampler, the views and the results, in materials and in the visibility pass.
 pub(super) const SHADOW_BINDINGS: [u32; 4] = [100, 101, 102, 103];
 
 /// Key of everything that materials bind. Materials are remade when it changes.
@@ -30,9 +31,10 @@ pub struct DomeTextures {
     pub atlas: Handle<Image>,
     /// Views of all directions (`Dome` in `dome.wgsl`).
     pub views: Handle<ShaderBuffer>,
-    /// Radiance × solid angle of each direction in linear camera units (`DomeWeight` in `dome.wgsl`): directions with
-    /// shadow maps, key lights, directions without shadow maps, then `L_p`.
-    pub weights: Handle<ShaderBuffer>,
+    /// What the GPU computes for each direction (`DomeResults` in `dome.wgsl`): radiance × solid angle in linear
+    /// camera units of directions with shadow maps, key lights and directions without shadow maps, then `L_p`; and the
+    /// depth pyramids of key lights.
+    pub results: Handle<ShaderBuffer>,
     /// Samples of the visibility pass, row by row, four 16-bit floats each: the fraction of light that arrives in
     /// red, green and blue, and 1. At a phantom the last one is the luminance that other phantoms leave, if there are
     /// lamps. This is a buffer because the textures of Bevy's materials and of this crate together would exceed
@@ -50,18 +52,16 @@ impl FromWorld for DomeTextures {
         let atlas = images.add(layout.image());
         let visibility_size = UVec2::ONE;
         let mut buffers = world.resource_mut::<Assets<ShaderBuffer>>();
-        let max_views = (2 * ShadowDomeLight::MAX_DIRECTIONS + ShadowDomeLight::MAX_KEY_LIGHTS) as usize;
         let mut buffer = |size| {
             let mut buffer = ShaderBuffer::new(&vec![0; size], RenderAssetUsages::RENDER_WORLD);
             buffer.buffer_description.usage |= BufferUsages::COPY_SRC;
             buffers.add(buffer)
         };
-        let (views, weights) =
-            (buffer(VIEWS_HEADER_BYTES + VIEW_BYTES * max_views), buffer(WEIGHT_BYTES * (max_views + 1)));
+        let (views, results) = (buffer(VIEWS_HEADER_BYTES + VIEW_BYTES * MAX_VIEWS), buffer(RESULTS_BYTES));
         Self {
             atlas,
             views,
-            weights,
+            results,
             visibility: buffers.add(visibility_buffer(visibility_size)),
             visibility_size,
             shader: DomeShader::default(),
@@ -88,6 +88,13 @@ pub(super) const VIEWS_HEADER_BYTES: usize = 4 * 16 + 64;
 pub(super) const VIEW_BYTES: usize = 48;
 /// Bytes of `DomeWeight` in `dome.wgsl`.
 pub(super) const WEIGHT_BYTES: usize = 12;
+/// Largest number of directions and key lights.
+const MAX_VIEWS: usize = (2 * ShadowDomeLight::MAX_DIRECTIONS + ShadowDomeLight::MAX_KEY_LIGHTS) as usize;
+/// Number of weights in `DomeResults`. Twin of `MAX_WEIGHTS` in `dome.wgsl`.
+const MAX_WEIGHTS: usize = MAX_VIEWS + 1;
+/// Bytes of `DomeResults` in `dome.wgsl`: the weights, then two pyramids per key light.
+const RESULTS_BYTES: usize =
+    WEIGHT_BYTES * MAX_WEIGHTS + 4 * (2 * ShadowDomeLight::MAX_KEY_LIGHTS * PYRAMID_BLOCKS) as usize;
 /// Bytes of one sample that `visibility_pass.wgsl` writes.
 const VISIBILITY_BYTES: usize = 8;
 

@@ -138,7 +138,7 @@ pub(super) fn read_energies(
         *asked = shadow_maps;
         let size = WEIGHT_BYTES as u64 * u64::from(shadow_maps);
         let readback = commands
-            .spawn(Readback::buffer_range(textures.weights.clone(), 0, size))
+            .spawn(Readback::buffer_range(textures.results.clone(), 0, size))
             .observe(|answer: On<ReadbackComplete>, mut refreshing: ResMut<Refreshing>| {
                 refreshing.energies = luminances(&answer.data);
             })

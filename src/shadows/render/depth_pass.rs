@@ -36,6 +36,7 @@ pub(super) fn depth_pass(
     else {
         return;
     };
+    let directions = prepared.refreshed.len() as u32;
     let diagnostics = ctx.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
     let load = if prepared.is_whole { LoadOp::Clear(0.0) } else { LoadOp::Load };
@@ -44,10 +45,10 @@ pub(super) fn depth_pass(
     if !prepared.is_whole {
         pass.set_render_pipeline(clear);
         pass.set_bind_group(0, &bind_group, &[]);
-        pass.draw(0..6, 0..2 * prepared.directions);
+        pass.draw(0..6, 0..2 * directions);
     }
     for draw in &prepared.draws {
-        draw_caster(&mut pass, draw, prepared.directions, &bind_group, &pipeline_cache, &assets);
+        draw_caster(&mut pass, draw, directions, &bind_group, &pipeline_cache, &assets);
     }
     span.end(&mut pass);
 }

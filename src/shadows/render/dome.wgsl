@@ -1,4 +1,4 @@
-// Layout of the dome's views and weights, shared by the passes that write them and the shaders that read them.
+// Layout of the dome's views and results, shared by the passes that write them and the shaders that read them.
 
 #define_import_path bevy_mirrorball::shadows::render::dome
 
@@ -72,6 +72,17 @@ struct DomeWeight {
     /// Direction with shadow maps that has this rank when they are ordered by their light. In the entry behind the last
     /// direction: the number of directions that are bright enough for a shadow-map lookup.
     ranked: u32,
+}
+
+/// Number of weights: for as many directions as a dome can have, for key lights, and the mean below the horizon. Twin
+/// of `MAX_WEIGHTS` in `atlas.rs`.
+const MAX_WEIGHTS: u32 = 2057u;
+
+/// What the passes before all cameras compute.
+struct DomeResults {
+    weights: array<DomeWeight, MAX_WEIGHTS>,
+    /// Depth pyramids of key lights; see `depth_pyramid.wgsl`.
+    pyramids: array<f32>,
 }
 
 fn unpack_light(weight: DomeWeight) -> vec3f {

@@ -5,22 +5,17 @@
 
 #define_import_path bevy_mirrorball::shadows::render::maps
 
-#import bevy_mirrorball::shadows::render::dome::{Axes, Dome, atlas_uv, project, tile_corner, tile_position, unpack_axes}
-
-@group(#{MATERIAL_BIND_GROUP}) @binding(100) var atlas: texture_depth_2d;
-@group(#{MATERIAL_BIND_GROUP}) @binding(101) var atlas_sampler: sampler_comparison;
-@group(#{MATERIAL_BIND_GROUP}) @binding(102) var<storage, read> dome: Dome;
+#import bevy_mirrorball::shadows::render::bindings::{atlas, atlas_sampler, dome}
+#import bevy_mirrorball::shadows::render::depth_pyramid::pyramid_start
+#import bevy_mirrorball::shadows::render::dome::{Axes, atlas_uv, project, tile_corner, tile_position, unpack_axes}
+#import bevy_mirrorball::shadows::render::soft_shadow::{
+    Window, key_may_be_blocked, key_soft_shadow, soft_shadow, window,
+}
 
 const VIRTUAL_CASTERS: u32 = 0u;
 const PHANTOM_CASTERS: u32 = 1u;
 /// Offset of a surface in texels against shadows on itself, to which the radius of the filter is added.
 const SELF_SHADOW_OFFSET: f32 = 1.5;
-/// Samples of the blocker search of PCSS.
-const BLOCKER_SAMPLES: i32 = 12;
-/// Samples of the penumbra that PCSS averages.
-const PENUMBRA_SAMPLES: i32 = 20;
-/// Rows of the rotation matrix by the golden angle.
-const GOLDEN_TURN: vec4f = vec4f(-0.737369, -0.675490, 0.675490, -0.737369);
 /// Maximum change of depth per width of a tile, for surfaces that are nearly parallel to the light.
 const MAX_DEPTH_GRADIENT: f32 = 8.0;
 /// Maximum brightness of a near lamp, relative to the position at which it was measured.
@@ -53,77 +48,10 @@ fn compare(corner: vec2f, pos: vec3f, gradient: vec2f) -> f32 {
     let width = 2.0 * dome.filter_radius + 1.0;
     return sum / (width * width);
 #else ifdef FILTER_PCSS
-    return percentage_closer_soft_shadow(window(corner, 1.0, pos, gradient), dome.tangent_radius);
+    return soft_shadow(window(corner, 1.0, pos, gradient), dome.tangent_radius);
 #else
     return textureSampleCompareLevel(atlas, atlas_sampler, center, depth);
 #endif
-}
-
-/// Window of a tile around a position, for soft shadows.
-struct Window {
-    /// Texture coordinates of the position.
-    center: vec2f,
-    /// Texture coordinates of the centers of the tile's first and last texel.
-    low: vec2f,
-    high: vec2f,
-    /// Size of the tile and of a texel in texture coordinates.
-    tile: vec2f,
-    texel: vec2f,
-    depth: f32,
-    gradient: vec2f,
-}
-
-fn window(corner: vec2f, span: f32, pos: vec3f, gradient: vec2f) -> Window {
-    let texel = 1.0 / (vec2f(dome.atlas_tiles) * dome.tile_resolution);
-    let tile = span / vec2f(dome.atlas_tiles);
-    let low = corner / vec2f(dome.atlas_tiles);
-    let center = atlas_uv(dome.atlas_tiles, corner, span, pos.xy);
-    return Window(center, low + 0.5 * texel, low + tile - 0.5 * texel, tile, texel, clamp(pos.z, 0.0, 1.0), gradient);
-}
-
-/// Texture coordinates of a sample, and the depth of the surface there.
-fn sample_place(area: Window, offset: vec2f) -> vec3f {
-    let uv = clamp(area.center + offset, area.low, area.high);
-    return vec3f(uv, clamp(area.depth + dot(area.gradient, (uv - area.center) / area.tile), 0.0, 1.0));
-}
-
-/// Number of samples within the light's reach that are in front of the surface, and their mean depth.
-fn find_blockers(area: Window, penumbra_scale: f32) -> vec2f {
-    let search = max((1.0 - area.depth) * penumbra_scale * area.tile, area.texel);
-    var count = 0.0;
-    var depth_sum = 0.0;
-    var turned = vec2f(1.0, 0.0);
-    for (var i = 0; i < BLOCKER_SAMPLES; i++) {
-        let place = sample_place(area, turned * (search * sqrt((f32(i) + 0.5) / f32(BLOCKER_SAMPLES))));
-        let found = textureLoad(atlas, vec2i(place.xy / area.texel), 0);
-        if found > place.z {
-            count += 1.0;
-            depth_sum += found;
-        }
-        turned = vec2f(dot(turned, GOLDEN_TURN.xy), dot(turned, GOLDEN_TURN.zw));
-    }
-    return vec2f(count, depth_sum / max(count, 1.0));
-}
-
-/// Percentage-closer soft shadow (Fernando 2005). The radius of the penumbra is the difference in depth between
-/// blockers and receiver, times `penumbra_scale`. For parallel light the scale is the tangent of the light's angular
-/// radius, because a tile is as deep as it is wide. In perspective the depth is one of inverse distances, for which
-/// the law has the same form. Samples are compared with the plane of the surface, which would otherwise shadow
-/// itself, and lie on a spiral (Vogel 1979).
-fn percentage_closer_soft_shadow(area: Window, penumbra_scale: f32) -> f32 {
-    let blockers = find_blockers(area, penumbra_scale);
-    if blockers.x == 0.0 {
-        return textureSampleCompareLevel(atlas, atlas_sampler, area.center, area.depth);
-    }
-    let penumbra = max((blockers.y - area.depth) * penumbra_scale * area.tile, area.texel);
-    var sum = 0.0;
-    var turned = vec2f(1.0, 0.0);
-    for (var i = 0; i < PENUMBRA_SAMPLES; i++) {
-        let place = sample_place(area, turned * (penumbra * sqrt((f32(i) + 0.5) / f32(PENUMBRA_SAMPLES))));
-        sum += textureSampleCompareLevel(atlas, atlas_sampler, place.xy, place.z);
-        turned = vec2f(dot(turned, GOLDEN_TURN.xy), dot(turned, GOLDEN_TURN.zw));
-    }
-    return sum / f32(PENUMBRA_SAMPLES);
 }
 
 /// A position projected into the tile of a direction.
@@ -198,14 +126,19 @@ fn visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
 #endif
 }
 
+fn key_window(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> Window {
+    let corner = tile_corner(dome.views[point.index].corners, kind);
+    return window(corner, dome.key_span, pos, depth_gradient(point, normal));
+}
+
 /// Visibility of a key light past casters of a kind.
 fn key_visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
     if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
         return 1.0;
     }
-    let corner = tile_corner(dome.views[point.index].corners, kind);
-    let area = window(corner, dome.key_span, pos, depth_gradient(point, normal));
-    return percentage_closer_soft_shadow(area, dome.views[point.index].penumbra_scale);
+    let area = key_window(kind, point, pos, normal);
+    let first_block = pyramid_start(point.index - dome.first_key, kind);
+    return key_soft_shadow(area, first_block, dome.views[point.index].penumbra_scale);
 }
 
 /// Whether virtual casters may block a part of a key light.
@@ -213,9 +146,9 @@ fn key_is_blocked(point: TilePoint, normal: vec3f) -> bool {
     if any(abs(point.pos.xy) > vec2f(1.0)) {
         return false;
     }
-    let corner = tile_corner(dome.views[point.index].corners, VIRTUAL_CASTERS);
-    let area = window(corner, dome.key_span, point.pos, depth_gradient(point, normal));
-    return find_blockers(area, dome.views[point.index].penumbra_scale).x > 0.0;
+    let area = key_window(VIRTUAL_CASTERS, point, point.pos, normal);
+    let first_block = pyramid_start(point.index - dome.first_key, VIRTUAL_CASTERS);
+    return key_may_be_blocked(area, first_block, dome.views[point.index].penumbra_scale);
 }
 
 /// Position in the tile slightly above a surface, so that the surface does not shadow itself.

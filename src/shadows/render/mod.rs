@@ -6,18 +6,23 @@
 //! # Order within a frame
 //! 1. [`prepare_depth`] collects the casters and refits the views to redraw, then [`prepare_views`] writes all views.
 //! 2. Before all cameras, in any order: [`weights_pass`] sums the environment cube over the cell of each direction if
-//!    the cube has changed, and [`depth_pass`] draws the casters into the refreshed tiles of the atlas.
+//!    the cube has changed, and [`depth_pass`] draws the casters into the refreshed tiles of the atlas, of which
+//!    [`depth_pyramid_pass`] reduces those of key lights.
 //! 3. [`visibility_pass`] sums visibility × light per sample, between a camera's prepass and its main pass.
 //!
-//! The other shaders are libraries: `dome.wgsl` is the layout of the buffers, `maps.wgsl` reads shadow maps,
+//! The other shaders are libraries: `dome.wgsl` and `depth_pyramid.wgsl` are the layout of the buffers, `maps.wgsl` and
+//! `soft_shadow.wgsl` read shadow maps,
 //! `visibility.wgsl` sums over directions, `samples.wgsl` reads the prepass, and materials import `receive.wgsl`.
 
 mod caster_buffers;
 mod depth_pass;
 mod depth_pipeline;
+mod depth_pyramid_pass;
+mod depth_pyramid_pipeline;
 mod extract;
 mod gpu;
 mod prepare_depth;
+mod prepare_depth_pyramids;
 mod prepare_views;
 mod prepare_visibility;
 mod prepare_weights;
@@ -25,6 +30,8 @@ mod visibility_pass;
 mod visibility_pipeline;
 mod weights_pass;
 mod weights_pipeline;
+
+pub(super) use prepare_depth_pyramids::PYRAMID_BLOCKS;
 
 use crate::{MirrorballPasses, device, environment_map::CubeWrites};
 use bevy::{
@@ -43,6 +50,9 @@ use bevy::{
 pub(super) fn load_shaders(app: &mut App) {
     crate::luminance::load(app);
     load_shader_library!(app, "dome.wgsl");
+    load_shader_library!(app, "depth_pyramid.wgsl");
+    load_shader_library!(app, "bindings.wgsl");
+    load_shader_library!(app, "soft_shadow.wgsl");
     load_shader_library!(app, "maps.wgsl");
     load_shader_library!(app, "visibility.wgsl");
     load_shader_library!(app, "receive.wgsl");
@@ -62,6 +72,7 @@ pub(super) fn load_sample_shaders(app: &mut App) {
 pub(super) fn build(app: &mut App) {
     crate::environment_map::load_shaders(app);
     embedded_asset!(app, "depth_pass.wgsl");
+    embedded_asset!(app, "depth_pyramid_pass.wgsl");
     embedded_asset!(app, "weights_pass.wgsl");
     embedded_asset!(app, "visibility_pass.wgsl");
     app.sub_app_mut(RenderApp)
@@ -70,12 +81,14 @@ pub(super) fn build(app: &mut App) {
         .init_resource::<extract::ExtractedDome>()
         .init_resource::<prepare_views::DomeViews>()
         .init_resource::<prepare_depth::PreparedDepth>()
+        .init_resource::<prepare_depth_pyramids::PreparedDepthPyramids>()
         .init_resource::<prepare_weights::PreparedWeights>()
         .init_resource::<prepare_visibility::PreparedVisibility>()
         .add_systems(
             RenderStartup,
             (
                 depth_pipeline::init_depth_pipeline,
+                depth_pyramid_pipeline::init_depth_pyramid_pipeline,
                 weights_pipeline::init_weights_pipelines,
                 visibility_pipeline::init_visibility_pipelines,
             ),
@@ -86,7 +99,11 @@ pub(super) fn build(app: &mut App) {
             (
                 prepare_views::follow_dome.in_set(RenderSystems::PrepareResources),
                 (
-                    (prepare_depth::prepare_depth, prepare_views::write_views).chain(),
+                    (
+                        prepare_depth::prepare_depth,
+                        (prepare_views::write_views, prepare_depth_pyramids::prepare_depth_pyramids),
+                    )
+                        .chain(),
                     prepare_weights::prepare_weights,
                     prepare_visibility::prepare_visibility,
                 )
@@ -96,7 +113,10 @@ pub(super) fn build(app: &mut App) {
         .add_systems(
             RenderGraph,
             (
-                depth_pass::depth_pass.in_set(RenderGraphSystems::Render).before(camera_driver),
+                (depth_pass::depth_pass, depth_pyramid_pass::depth_pyramid_pass)
+                    .chain()
+                    .in_set(RenderGraphSystems::Render)
+                    .before(camera_driver),
                 weights_pass::weights_pass.in_set(MirrorballPasses::ReadCubes),
             ),
         )

@@ -3,6 +3,7 @@
 use super::{
     caster_buffers::CasterBuffers,
     depth_pipeline::{DepthPipelineKey, DepthPipelines, uv_attribute},
+    depth_pyramid_pipeline::DepthPyramidPipeline,
     extract::ExtractedDome,
     gpu::{Gpu, GpuAssets},
     prepare_views::DomeViews,
@@ -30,8 +31,8 @@ pub(super) struct CasterDraw {
 pub(super) struct PreparedDepth {
     pub(super) bind_group: Option<BindGroup>,
     pub(super) draws: Vec<CasterDraw>,
-    /// Number of directions to draw.
-    pub(super) directions: u32,
+    /// Directions and key lights to draw.
+    pub(super) refreshed: Vec<u32>,
     /// Whether all shadow maps are drawn, so that the whole atlas can be cleared.
     pub(super) is_whole: bool,
 }
@@ -46,6 +47,7 @@ pub(super) fn prepare_depth(
     mut views: ResMut<DomeViews>,
     textures: Option<Res<DomeTextures>>,
     mut pipelines: DepthPipelines,
+    pyramids: Res<DepthPyramidPipeline>,
     assets: GpuAssets,
     gpu: Gpu,
 ) {
@@ -73,6 +75,9 @@ pub(super) fn prepare_depth(
     if !is_compiled(pipelines.shared.clear) || !prepared.draws.iter().all(|draw| is_compiled(draw.pipeline)) {
         return;
     }
+    if textures.layout.keys > 0 && gpu.pipeline_cache.get_compute_pipeline(pyramids.reduce).is_none() {
+        return;
+    }
     let refreshed = once(dome.pending.len() as u32).chain(dome.pending.iter().copied()).collect();
     let Some(bind_group) = buffers.bind(&view_buffer.buffer, refreshed, &pipelines.shared.layout, &gpu) else {
         return;
@@ -80,8 +85,8 @@ pub(super) fn prepare_depth(
     prepared.bind_group = Some(bind_group);
     let pending = std::mem::take(&mut dome.pending);
     views.refit(&dome.fitted, &textures.layout, &pending);
-    prepared.directions = pending.len() as u32;
-    prepared.is_whole = prepared.directions == textures.layout.shadow_maps();
+    prepared.is_whole = pending.len() as u32 == textures.layout.shadow_maps();
+    prepared.refreshed = pending.into_iter().collect();
 }
 
 /// Returns a caster's draw call, or `None` for a mesh that cannot cast.

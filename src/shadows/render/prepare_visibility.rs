@@ -57,10 +57,10 @@ pub(super) fn prepare_visibility(
     let (Some(textures), Some(msaa)) = (textures, cameras.iter().next()) else {
         return;
     };
-    let (Some(atlas), Some(views), Some(weights)) = (
+    let (Some(atlas), Some(views), Some(results)) = (
         assets.images.get(&textures.atlas),
         assets.buffers.get(&textures.views),
-        assets.buffers.get(&textures.weights),
+        assets.buffers.get(&textures.results),
     ) else {
         return;
     };
@@ -81,12 +81,12 @@ pub(super) fn prepare_visibility(
     if prepared.dome_bind_group.is_some() && prepared.made_from == made_from {
         return;
     }
-    let [atlas_at, sampler_at, views_at, weights_at] = SHADOW_BINDINGS;
+    let [atlas_at, sampler_at, views_at, results_at] = SHADOW_BINDINGS;
     let entries = BindGroupEntries::with_indices((
         (atlas_at, &atlas.texture_view),
         (sampler_at, &atlas.sampler),
         (views_at, views.buffer.as_entire_binding()),
-        (weights_at, weights.buffer.as_entire_binding()),
+        (results_at, results.buffer.as_entire_binding()),
     ));
     let label = "mirrorball_shadows_visibility_dome_bind_group";
     prepared.dome_bind_group = Some(gpu.bind_group(label, &pipelines.dome_layout, &entries));

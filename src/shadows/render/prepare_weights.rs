@@ -151,7 +151,7 @@ fn bind_weights(
     assets: &GpuAssets,
     gpu: &Gpu,
 ) -> Option<BindGroup> {
-    let weights = assets.buffers.get(&textures.weights)?;
+    let results = assets.buffers.get(&textures.results)?;
     let CellKey { directions, edge } = &sources.cells;
     let level = (cube.texture_descriptor.size.width / (2 * edge)).max(1).ilog2();
     let mut uniform = UniformBuffer::from(WeightsUniform {
@@ -169,7 +169,7 @@ fn bind_weights(
         uniform.binding()?,
         cells.patches.binding()?,
         cells.ranges.binding()?,
-        weights.buffer.as_entire_binding(),
+        results.buffer.as_entire_binding(),
         cones.binding()?,
     ));
     Some(gpu.bind_group("mirrorball_shadows_weights_bind_group", &pipelines.layout, &entries))

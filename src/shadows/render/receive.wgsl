@@ -5,7 +5,7 @@
 
 #import bevy_pbr::mesh_view_bindings::view
 #import bevy_mirrorball::luminance::luminance
-#import bevy_mirrorball::shadows::render::maps::dome
+#import bevy_mirrorball::shadows::render::bindings::dome
 #import bevy_mirrorball::shadows::render::samples::{
     IS_PHANTOM, IS_VIRTUAL, first_sample, surface_similarity, world_position,
 }

@@ -5,13 +5,12 @@
 #define_import_path bevy_mirrorball::shadows::render::visibility
 
 #import bevy_mirrorball::luminance::luminance
-#import bevy_mirrorball::shadows::render::dome::{DomeWeight, unpack_light, unpack_solid_angle}
+#import bevy_mirrorball::shadows::render::bindings::{dome, results}
+#import bevy_mirrorball::shadows::render::dome::{unpack_light, unpack_solid_angle}
 #import bevy_mirrorball::shadows::render::maps::{
-    PHANTOM_CASTERS, TilePoint, VIRTUAL_CASTERS, above_surface, axes_of, dome, has_casters, key_is_blocked,
+    PHANTOM_CASTERS, TilePoint, VIRTUAL_CASTERS, above_surface, axes_of, has_casters, key_is_blocked,
     key_visibility, light_at, tile_point, visibility,
 }
-
-@group(#{MATERIAL_BIND_GROUP}) @binding(103) var<storage, read> weights: array<DomeWeight>;
 
 /// Number of the bit of `scene_flags` for lamps of the engine. The bits below are for the kinds of casters.
 const LAMPS: u32 = 2u;
@@ -22,13 +21,13 @@ const MIN_FULL_VISIBILITY: f32 = 0.999;
 
 /// Number of directions that are bright enough for a shadow-map lookup. They have the first ranks.
 fn bright_directions() -> u32 {
-    return min(weights[dome.direction_count].ranked, dome.shadow_map_count);
+    return min(results.weights[dome.direction_count].ranked, dome.shadow_map_count);
 }
 
 /// Direction at a rank. Directions without shadow maps follow those with shadow maps.
 fn direction_at(rank: u32) -> u32 {
     if rank < dome.shadow_map_count {
-        return weights[rank].ranked;
+        return results.weights[rank].ranked;
     }
     return rank;
 }
@@ -102,7 +101,7 @@ struct IncomingLight {
 fn incoming_light(index: u32, pos_world: vec3f, normal: vec3f) -> IncomingLight {
     let axes = axes_of(index);
     let source = light_at(index, axes, pos_world);
-    let irradiance = unpack_light(weights[index]) * source.w;
+    let irradiance = unpack_light(results.weights[index]) * source.w;
     return IncomingLight(tile_point(index, axes, pos_world), irradiance, dot(normal, source.xyz));
 }
 
@@ -174,10 +173,10 @@ fn surface_term(
     past_phantoms: f32,
     past_virtual: f32,
 ) -> LightSums {
-    let weight = weights[index];
+    let weight = results.weights[index];
     // In the environment map, all lights are far away.
     let unshadowed = unpack_light(weight) * max(dot(normal, incoming.point.axes.direction), 0.0);
-    let hidden = unpack_light(weights[dome.direction_count]) * unpack_solid_angle(weight);
+    let hidden = unpack_light(results.weights[dome.direction_count]) * unpack_solid_angle(weight);
     let open = mix(hidden, incoming.irradiance, past_phantoms);
     return LightSums(unshadowed, open * (past_virtual * max(incoming.cos_angle, 0.0)), 0.0);
 }

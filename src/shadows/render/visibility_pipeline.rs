@@ -69,7 +69,7 @@ pub(super) struct VisibilityPipelines {
 }
 
 pub(super) fn init_visibility_pipelines(mut commands: Commands, asset_server: Res<AssetServer>) {
-    let [atlas, atlas_sampler, views, weights] = SHADOW_BINDINGS;
+    let [atlas, atlas_sampler, views, results] = SHADOW_BINDINGS;
     commands.insert_resource(VisibilityPipelines {
         dome_layout: BindGroupLayoutDescriptor::new(
             "mirrorball_shadows_visibility_dome_layout",
@@ -79,7 +79,7 @@ pub(super) fn init_visibility_pipelines(mut commands: Commands, asset_server: Re
                     (atlas, texture_depth_2d()),
                     (atlas_sampler, sampler(SamplerBindingType::Comparison)),
                     (views, storage_buffer_read_only_sized(false, None)),
-                    (weights, storage_buffer_read_only_sized(false, None)),
+                    (results, storage_buffer_read_only_sized(false, None)),
                 ),
             ),
         ),
