@@ -1,7 +1,7 @@
 //! Checklist of the measurement setup for new users, in order of importance.
 
 use crate::{
-    camera::{ArCamera, CameraFrame, FeedState, FeedStatistics},
+    camera::{ArCamera, CameraFrame, FeedState, FeedStatistics, camera_rank},
     probe::ProbeMeasurement,
     shadows::ShadowDomeLight,
     tracking::{MarkerAnchor, MarkerState, MarkerTracking},
@@ -33,8 +33,14 @@ pub struct Check {
 /// Fraction of clipped pixels above which the image of the ball loses too much light.
 const MAX_CLIPPED_FRACTION: f32 = 0.2;
 
-type CheckedCamera =
-    (&'static ArCamera, Option<&'static FeedState>, Option<&'static FeedStatistics>, Option<&'static CameraFrame>);
+type CheckedCamera = (
+    Entity,
+    &'static Camera,
+    &'static ArCamera,
+    Option<&'static FeedState>,
+    Option<&'static FeedStatistics>,
+    Option<&'static CameraFrame>,
+);
 
 /// Checks of feed, marker, ball and exposure, as a system parameter for a game's own panels.
 ///
@@ -59,7 +65,8 @@ pub struct Checklist<'w, 's> {
 impl Checklist<'_, '_> {
     /// Returns all lines for the first camera: feed, field of view, markers, ball, exposure, shadows.
     pub fn checks(&self) -> Vec<Check> {
-        let Some((ar_camera, state, statistics, frame)) = self.cameras.iter().next() else {
+        let first = self.cameras.iter().min_by_key(|(entity, camera, ..)| camera_rank(*entity, camera));
+        let Some((_, _, ar_camera, state, statistics, frame)) = first else {
             return vec![Check::new(
                 CheckLevel::Missing,
                 "camera",
