@@ -5,7 +5,8 @@ use bevy::prelude::*;
 
 /// Measured environment as a cube map, on the entity of every [`LightProbeSphere`](crate::probe::LightProbeSphere),
 /// [`LightProbeCamera`](crate::probe::LightProbeCamera) and every [`ArCamera`](crate::camera::ArCamera) that a game
-/// does not light itself. All of them have the same cube.
+/// does not light itself. All of them have the same cube. (A second `ArCamera` that sees the ball is lit by a cube of
+/// its own, [`LiveEnvironment::source`](crate::prefilter::LiveEnvironment::source).)
 ///
 /// The cube has linear camera units, world axes, 16-bit floats, one mip level and the edge length
 /// [`SIZE`](Self::SIZE). Alpha is the confidence, 0…1: pixels of the frame per texel along an edge, at most 1, where

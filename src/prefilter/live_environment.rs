@@ -7,6 +7,7 @@ use super::{
 use crate::{
     camera::ArCamera,
     environment_map::{EnvironmentCube, LitByGame},
+    probe::OwnEnvironment,
 };
 use bevy::{ecs::observer::On, light::EnvironmentMapLight, prelude::*};
 
@@ -69,6 +70,17 @@ pub(super) fn light_cameras_by_probe(
     };
     for camera in &cameras {
         commands.entity(camera).insert(LiveEnvironment::new(cube.0.clone()).with_refresh(Refresh::OnChange));
+    }
+}
+
+type SeeingCamera = (&'static OwnEnvironment, &'static EnvironmentCube, &'static mut LiveEnvironment);
+
+/// Lights a camera with the environment in its own units once there is one. What a game has chosen stays.
+pub(super) fn light_cameras_by_own_frames(mut cameras: Query<SeeingCamera, With<ArCamera>>) {
+    for (own, shared, mut environment) in &mut cameras {
+        if own.is_written() && environment.source == shared.0 {
+            environment.source = own.cube.0.clone();
+        }
     }
 }
 

@@ -99,7 +99,7 @@ use bevy::{
     render::{ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems, renderer::RenderGraph},
     shader::load_shader_library,
 };
-use live_environment::{light_cameras_by_probe, remove_lighting};
+use live_environment::{light_cameras_by_own_frames, light_cameras_by_probe, remove_lighting};
 use update_environments::{update_environments, update_intensities};
 
 /// Filters live environments and renders scene probes.
@@ -114,7 +114,7 @@ impl Plugin for PrefilterPlugin {
             .add_observer(remove_lighting)
             .add_systems(
                 PreUpdate,
-                (light_cameras_by_probe, update_environments, update_intensities)
+                (light_cameras_by_probe, light_cameras_by_own_frames, update_environments, update_intensities)
                     .chain()
                     .in_set(MirrorballSystems::Follow),
             )

@@ -50,6 +50,8 @@ mod lens;
 mod lens_error;
 mod light_probe_sphere;
 mod measure;
+mod observer;
+mod own_environment;
 mod paper;
 mod probe_camera;
 mod probe_measurement;
@@ -74,6 +76,7 @@ pub(crate) use clipping::{MAX_SATURATION, WHITE_FROM, clipped_from_linear, gain_
 pub(crate) use fallback::FallbackImage;
 pub(crate) use history::HistoryHint;
 pub(crate) use lens::LensNumbers;
+pub(crate) use own_environment::{OwnEnvironment, OwnView};
 pub(crate) use paper::{MARGIN_CELLS, SQUARE_CELLS};
 pub(crate) use probe_camera::LensView;
 pub(crate) use probe_measurement::ProbeView;
@@ -116,7 +119,8 @@ impl Plugin for ProbePlugin {
                 PostUpdate,
                 (
                     (measure::measure_probes, probe_camera::update_lens_views),
-                    choose_fallbacks::choose_fallbacks.run_if(resource_exists::<Assets<Image>>),
+                    (own_environment::measure_own_views, choose_fallbacks::choose_fallbacks)
+                        .run_if(resource_exists::<Assets<Image>>),
                 )
                     .chain()
                     .in_set(MirrorballSystems::Measure),

@@ -5,15 +5,18 @@ use crate::{
     camera::{CameraFrame, FrameTexture},
     environment_map::EnvironmentCube,
     lighting::ClipGains,
-    probe::{EnvironmentOrigin, FallbackImage, HistoryHint, LensView, ProbeMeasurement},
+    probe::{EnvironmentOrigin, FallbackImage, HistoryHint, LensView, OwnEnvironment, OwnView, ProbeMeasurement},
 };
 use bevy::{prelude::*, render::Extract};
 use std::time::Duration;
 
-/// Sources of the environment cube, in the order in which they are merged.
+/// The environment cubes of this frame: the one that all probes share, then those of single cameras.
 #[derive(Resource, Default)]
-pub(super) struct ExtractedSources {
-    pub(super) cube: Option<AssetId<Image>>,
+pub(super) struct ExtractedCubes(pub(super) Vec<CubeSources>);
+
+/// Sources of an environment cube, in the order in which they are merged.
+pub(super) struct CubeSources {
+    pub(super) cube: AssetId<Image>,
     pub(super) sources: Vec<ExtractedSource>,
     /// Fraction of the transition from the fallback to the measured environment that is due now.
     pub(super) measured_fraction: f32,
@@ -37,23 +40,24 @@ type SeenBall =
 type SeenFrame = (Entity, &'static LensView, &'static CameraFrame, &'static FrameTexture, &'static EnvironmentCube);
 
 pub(super) fn extract_sources(
-    mut extracted: ResMut<ExtractedSources>,
+    mut extracted: ResMut<ExtractedCubes>,
     probes: Extract<Query<SeenBall>>,
     lenses: Extract<Query<SeenFrame>>,
     fallbacks: Extract<Query<(Entity, &FallbackImage, &EnvironmentOrigin, &EnvironmentCube)>>,
     cameras: Extract<Query<&FrameTexture>>,
+    own: Extract<Query<(&OwnEnvironment, &FrameTexture)>>,
 ) {
-    extracted.sources.clear();
-    extracted.measured_fraction = 1.0;
+    extracted.0.clear();
+    let (mut sources, mut measured_fraction) = (Vec::new(), 1.0);
     let mut shared_cube = None;
     // All cameras share the cube: of several fallbacks the one that knows most counts.
     let fallback =
         fallbacks.iter().max_by_key(|(entity, _, origin, _)| (origin.knowledge(), std::cmp::Reverse(*entity)));
     if let Some((entity, fallback, _, cube)) = fallback {
         shared_cube = Some(cube.0.id());
-        extracted.measured_fraction = fallback.measured_fraction;
+        measured_fraction = fallback.measured_fraction;
         if fallback.measured_fraction < 1.0 {
-            extracted.sources.push(ExtractedSource {
+            sources.push(ExtractedSource {
                 entity,
                 frame: fallback.image.id(),
                 sequence: 0,
@@ -69,7 +73,7 @@ pub(super) fn extract_sources(
         let Some(view) = measurement.view else { continue };
         let Ok(texture) = cameras.get(view.camera) else { continue };
         let gains = gains.filter(|gains| gains.0.len() == ClipGains::COUNT).cloned();
-        extracted.sources.push(ExtractedSource {
+        sources.push(ExtractedSource {
             entity,
             frame: texture.image.id(),
             sequence: measurement.sequence,
@@ -81,7 +85,7 @@ pub(super) fn extract_sources(
     }
     for (entity, view, frame, texture, cube) in &lenses {
         shared_cube = Some(cube.0.id());
-        extracted.sources.push(ExtractedSource {
+        sources.push(ExtractedSource {
             entity,
             frame: texture.image.id(),
             sequence: view.sequence,
@@ -91,5 +95,24 @@ pub(super) fn extract_sources(
             change: 0.0,
         });
     }
-    extracted.cube = shared_cube;
+    extracted.0.extend(shared_cube.map(|cube| CubeSources { cube, sources, measured_fraction }));
+    for (environment, texture) in &own {
+        extracted.0.push(CubeSources {
+            cube: environment.cube.0.id(),
+            sources: environment.views.iter().map(|view| own_source(view, texture)).collect(),
+            measured_fraction: 1.0,
+        });
+    }
+}
+
+fn own_source(own: &OwnView, texture: &FrameTexture) -> ExtractedSource {
+    ExtractedSource {
+        entity: own.probe,
+        frame: texture.image.id(),
+        sequence: own.sequence,
+        captured: own.hint.captured,
+        view: SourceView::Ball(own.view, None, own.hint.surroundings.clone()),
+        scale: own.hint.scale,
+        change: own.hint.change,
+    }
 }

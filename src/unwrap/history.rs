@@ -20,7 +20,6 @@ const CHANGE_DECAY: f32 = 6.0;
 
 /// Copy of an environment cube.
 pub(super) struct History {
-    pub(super) cube: AssetId<Image>,
     pub(super) texture: Texture,
     pub(super) view: TextureView,
     /// Time at which the newest frame in it was captured.
@@ -31,7 +30,7 @@ impl History {
     pub(super) const EXTENT: Extent3d =
         Extent3d { width: EnvironmentCube::SIZE, height: EnvironmentCube::SIZE, depth_or_array_layers: 6 };
 
-    pub(super) fn new(device: &RenderDevice, cube: AssetId<Image>) -> Self {
+    pub(super) fn new(device: &RenderDevice) -> Self {
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("mirrorball_probe_history"),
             size: Self::EXTENT,
@@ -47,7 +46,7 @@ impl History {
             dimension: Some(TextureViewDimension::D2Array),
             ..default()
         });
-        Self { cube, texture, view, captured: Duration::ZERO }
+        Self { texture, view, captured: Duration::ZERO }
     }
 
     /// Factor on the confidence in the history when a frame captured at a time is merged into it, 0…1.

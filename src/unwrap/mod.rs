@@ -106,7 +106,7 @@ fn build_pass(app: &mut App) {
     load_shader_library!(app, "history.wgsl");
     embedded_asset!(app, "unwrap_pass.wgsl");
     app.sub_app_mut(RenderApp)
-        .init_resource::<extract::ExtractedSources>()
+        .init_resource::<extract::ExtractedCubes>()
         .init_resource::<prepare_unwraps::PreparedUnwraps>()
         .init_resource::<CubeWrites>()
         .add_systems(RenderStartup, unwrap_pipeline::init_unwrap_pipelines)

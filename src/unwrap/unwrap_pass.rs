@@ -16,20 +16,22 @@ pub(super) fn unwrap_pass(
     pipeline_cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let (Some(pipelines), Some(cube), Some(history)) = (pipelines, &prepared.cube, &prepared.history) else {
+    let Some(pipelines) = pipelines else {
         return;
     };
-    for (key, bind_group) in &prepared.due {
-        let Some(pipeline) = pipelines.id(*key).and_then(|id| pipeline_cache.get_compute_pipeline(id)) else {
-            continue;
-        };
-        let groups = workgroups(EnvironmentCube::SIZE);
-        compute_pass(&mut ctx, "mirrorball_probe_unwrap", |pass| {
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, bind_group, &[]);
-            pass.dispatch_workgroups(groups, groups, 6);
-        });
-        let history = history.texture.as_image_copy();
-        ctx.command_encoder().copy_texture_to_texture(cube.as_image_copy(), history, History::EXTENT);
+    for prepared in prepared.0.values() {
+        for (key, bind_group) in &prepared.due {
+            let Some(pipeline) = pipelines.id(*key).and_then(|id| pipeline_cache.get_compute_pipeline(id)) else {
+                continue;
+            };
+            let groups = workgroups(EnvironmentCube::SIZE);
+            compute_pass(&mut ctx, "mirrorball_probe_unwrap", |pass| {
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, bind_group, &[]);
+                pass.dispatch_workgroups(groups, groups, 6);
+            });
+            let (cube, history) = (prepared.cube.as_image_copy(), prepared.history.texture.as_image_copy());
+            ctx.command_encoder().copy_texture_to_texture(cube, history, History::EXTENT);
+        }
     }
 }

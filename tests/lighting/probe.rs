@@ -27,19 +27,19 @@ const UNIFORM_TOLERANCE: f32 = 1e-3;
 const PAPER_TOLERANCE: f32 = 0.02;
 
 const SIZE: UVec2 = UVec2::new(220, 150);
-const BALL: Vec3 = Vec3::new(0.0, 0.05, 0.0);
-const RADIUS: f32 = 0.05;
+pub(crate) const BALL: Vec3 = Vec3::new(0.0, 0.05, 0.0);
+pub(crate) const RADIUS: f32 = 0.05;
 const MARKER: Vec3 = Vec3::new(0.095, 0.0, 0.0);
 const MARKER_SIZE: f32 = 0.05;
 /// Margin of the range that pixels within a pixel and a half of the rim show, as the probe documents it.
 const EDGE_MARGIN_PIXELS: f32 = 1.5;
-const REFLECTANCE: f32 = 0.8;
+pub(crate) const REFLECTANCE: f32 = 0.8;
 const PAPER: f32 = 0.6;
 
-const INTRINSICS: Intrinsics =
+pub(crate) const INTRINSICS: Intrinsics =
     Intrinsics { focal: Vec2::new(265.0, 260.0), center: Vec2::new(112.0, 74.0), size: SIZE };
 
-fn camera_pose() -> Transform {
+pub(crate) fn camera_pose() -> Transform {
     Transform::from_xyz(0.08, 0.22, 0.24).looking_at(Vec3::new(0.047, 0.035, 0.0), Vec3::new(0.1, 1.0, 0.0))
 }
 
@@ -48,7 +48,7 @@ fn ball_view() -> BallView {
 }
 
 /// Another function on every channel, none symmetric, all within 0.1…0.9.
-fn smooth(dir: Vec3) -> Vec3 {
+pub(crate) fn smooth(dir: Vec3) -> Vec3 {
     Vec3::new(0.5 + 0.38 * dir.x, 0.5 + 0.3 * (2.0 * dir.y + dir.z).sin(), 0.5 + 0.35 * dir.z * dir.x - 0.1 * dir.y)
 }
 
@@ -64,7 +64,7 @@ fn linear_to_srgb8(value: f32) -> u8 {
 }
 
 /// Ray-traced in double precision with 4 × 4 rays a pixel: the ball, a marker's sheet on the desk, the desk.
-fn photograph(environment: fn(Vec3) -> Vec3) -> FramePixels {
+pub(crate) fn photograph(environment: fn(Vec3) -> Vec3) -> FramePixels {
     const RAYS: u32 = 4;
     let world_from_camera = camera_pose().to_matrix().as_dmat4();
     let eye = world_from_camera.w_axis.truncate();

@@ -1,11 +1,16 @@
-//! Which of several cameras measures a ball, and where a camera is whose parents are scaled. Needs no GPU.
+//! Which of several cameras measures a ball, in whose units each of them is lit, and where a camera is whose parents
+//! are scaled.
 
+use crate::{cubes, gpu, probe, sphere::sphere};
 use bevy::prelude::*;
 use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
+    headless,
+    prefilter::PrefilterPlugin,
     prelude::*,
     probe::{ProbeMeasurement, ProbePlugin},
     tracking::{MarkerState, MarkerTracking},
+    unwrap::UnwrapPlugin,
 };
 use std::time::Duration;
 
@@ -111,5 +116,45 @@ fn a_ball_looks_the_same_to_a_camera_below_a_scaled_parent() {
         let (found, wanted) = (measured.outline, expected.outline);
         assert!(found.center.distance(wanted.center) < 1e-2, "scale {scale}: {found:?} instead of {wanted:?}");
         assert!(found.semi_axes.distance(wanted.semi_axes) < 1e-2, "scale {scale}: {found:?} instead of {wanted:?}");
+    }
+}
+
+/// Half of the light of [`probe::smooth`]: what a camera with half the exposure shows.
+fn half_as_bright(dir: Vec3) -> Vec3 {
+    0.5 * probe::smooth(dir)
+}
+
+/// A step of 8-bit sRGB in the darkest parts, and the ball's rim.
+const MEAN_TOLERANCE: f32 = 0.03;
+
+#[test]
+fn each_camera_is_lit_in_the_units_of_its_own_frames() {
+    let Some(mut app) = gpu::app(|app| {
+        app.add_plugins((CameraPlugin, ProbePlugin, UnwrapPlugin, PrefilterPlugin));
+    }) else {
+        return;
+    };
+    let rooms: [fn(Vec3) -> Vec3; 2] = [probe::smooth, half_as_bright];
+    let cameras = [0, 1].map(|i| {
+        let feed = CameraFeed::pixels(probe::photograph(rooms[i])).with_pace(FeedPace::Lockstep);
+        let (_, target) = headless::add_target(&mut app, UVec2::splat(16));
+        let camera = Camera { order: i as isize, ..default() };
+        app.world_mut().spawn((ArCamera::new(probe::INTRINSICS), probe::camera_pose(), camera, feed, target)).id()
+    });
+    let ball = LightProbeSphere { radius: probe::RADIUS, reflectance: probe::REFLECTANCE, ..default() };
+    app.world_mut().spawn((ball, Transform::from_translation(probe::BALL)));
+    headless::settle(&mut app).expect("all shaders compile");
+    for _ in 0..8 {
+        app.update();
+    }
+    let towards_camera = probe::camera_pose().rotation * Vec3::Z;
+    for (camera, room) in cameras.into_iter().zip(rooms) {
+        let source = app.world().get::<LiveEnvironment>(camera).expect("every AR camera is lit").source.clone();
+        let cube = cubes::read(&mut app, &source);
+        let dirs = || sphere(2000).filter(|dir| towards_camera.dot(*dir) > -0.5);
+        let error = |dir: Vec3| ((cube.sample(dir) - room(dir)) / room(dir)).abs().element_sum() / 3.0;
+        let mean = dirs().map(error).sum::<f32>() / dirs().count() as f32;
+        println!("camera {camera}: off by {:.2} %", 1e2 * mean);
+        assert!(mean < MEAN_TOLERANCE);
     }
 }
