@@ -43,12 +43,12 @@
 //! Split screen, stereo and spectators are several [`ArCamera`]s, each with its own feed. Each is posed by the markers
 //! in its own frames and shows its own frame, as background and on phantoms. A ball is measured in the frames of the
 //! first camera that has seen a marker and has the ball in view, until that camera loses it
-//! ([`ProbeMeasurement::camera`](crate::probe::ProbeMeasurement::camera)): its environment colors the shadows and lights
-//! the cameras that do not see the ball. Every other camera that sees the ball is lit by what its own frames show, in
-//! the units of its own exposure and white balance; there, clipped light is recovered from the marker's paper alone.
-//! Where one of several cameras counts (the
-//! [`Checklist`](crate::debug::Checklist), the visibility pass of the [`shadows`](crate::shadows)), active ones come
-//! first, then those of a lower [`Camera::order`], then those spawned earlier.
+//! ([`ProbeMeasurement::camera`](crate::probe::ProbeMeasurement::camera)): its environment colors the shadows, and
+//! lights the cameras that do not see the ball. Every other camera that sees the ball is lit by what its own frames
+//! show, in the units of its own exposure and white balance; there, clipped light is recovered from the marker's paper
+//! alone. Where one of several cameras counts (the [`Checklist`](crate::debug::Checklist), the visibility pass of the
+//! [`shadows`](crate::shadows)), active ones come first, then those of a lower [`Camera::order`], then those spawned
+//! earlier.
 //!
 //! Cameras without `ArCamera` see virtual objects only; [`ShowPhantoms`](crate::materials::ShowPhantoms) shows them the
 //! real things too. A viewport is a view of its own, into which the frame is fitted. A
