@@ -3,7 +3,7 @@
 
 use crate::drawing;
 use bevy::{
-    camera::{SubCameraView, Viewport},
+    camera::{RenderTarget, SubCameraView, Viewport},
     prelude::*,
 };
 use bevy_mirrorball::{camera::FramePixels, headless, materials::ShowPhantoms, prelude::*};
@@ -121,6 +121,39 @@ fn pictures_of_one_camera() -> Vec<u8> {
     let (_, image) = scene.ar_camera(0, SIZE, Camera::default());
     scene.run();
     scene.read(&image)
+}
+
+#[test]
+fn halves_of_a_split_screen_show_two_feeds() {
+    let Some(mut scene) = Scene::new() else { return };
+    let half = |number: u32| Camera {
+        order: number as isize,
+        viewport: Some(Viewport {
+            physical_position: UVec2::new(48 * number, 0),
+            physical_size: UVec2::new(48, 64),
+            ..default()
+        }),
+        // As in Bevy's own split screen: the first camera has cleared the whole target.
+        clear_color: if number == 0 { default() } else { ClearColorConfig::None },
+        ..default()
+    };
+    let (first, image) = scene.ar_camera(0, SIZE, half(0));
+    let (second, _) = scene.ar_camera(1, SIZE, half(1));
+    let target = scene.app.world().get::<RenderTarget>(first).expect("it has one").clone();
+    scene.app.world_mut().entity_mut(second).insert(target);
+    scene.run();
+    let shown = scene.read(&image);
+    // The middle of the frame fills each half.
+    let expected: Vec<u8> = (0..SIZE.element_product())
+        .flat_map(|i| {
+            let (x, y) = (i % SIZE.x, i / SIZE.x);
+            let at = (4 * (y * SIZE.x + 24 + x % 48)) as usize;
+            picture(x / 48)[at..at + 4].to_vec()
+        })
+        .collect();
+    let worst = difference_beside_green(&shown, &expected);
+    println!("split screen: off by {worst}/255, {} pixels of the cube", green_pixels(&shown));
+    assert!(worst <= SAME && green_pixels(&shown) > 200);
 }
 
 #[test]
