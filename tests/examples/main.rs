@@ -5,5 +5,7 @@ mod composite;
 #[cfg(feature = "egui")]
 mod dance_stage;
 mod no_renderer;
+#[cfg(feature = "egui")]
+mod room_walls;
 #[path = "../support/shared_data.rs"]
 mod shared_data;
