@@ -96,14 +96,17 @@ pub type ShorterFrames = BracketedFrames;
 
 use crate::MirrorballSystems;
 use bevy::{
-    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    core_pipeline::{
+        prepass::NoBackgroundMotionVectors,
+        tonemapping::{DebandDither, Tonemapping},
+    },
     prelude::*,
 };
 
 /// A game camera that coincides with the real camera and draws its frames behind everything.
 ///
 /// Add a [`CameraFeed`] to the same entity. Required components switch off everything that would change the frame:
-/// tone mapping, dithering and ambient light.
+/// tone mapping, dithering, ambient light, and motion vectors of the background, with which effects would smear it.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -122,6 +125,7 @@ use bevy::{
     Tonemapping = Tonemapping::None,
     DebandDither = DebandDither::Disabled,
     AmbientLight = AmbientLight { brightness: 0.0, ..default() },
+    NoBackgroundMotionVectors,
 )]
 pub struct ArCamera {
     /// Intrinsics of the real camera; scaled to the size of the frames that arrive. Defaults to `None`, which uses the

@@ -93,6 +93,7 @@ impl Plugin for MaterialsPlugin {
         if !app.is_plugin_added::<ShadowsPlugin>() {
             app.add_plugins(ShadowsPlugin);
         }
+        load_shader_library!(app, "engine_features.wgsl");
         load_shader_library!(app, "lamps.wgsl");
         load_shader_library!(app, "phantom_frame.wgsl");
         embedded_asset!(app, "phantom.wgsl");

@@ -12,9 +12,9 @@ struct Phantom {
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(2) var<uniform> phantom: Phantom;
 
-/// UV in the frame of a fragment at a position in the viewport, in pixels.
+/// UV in the frame of a fragment at a position in the viewport of the main pass, in pixels.
 fn frame_uv(position: vec4f) -> vec2f {
-    let uv_view = (position.xy - view.viewport.xy) / view.viewport.zw;
+    let uv_view = (position.xy - view.main_pass_viewport.xy) / view.main_pass_viewport.zw;
     return uv_view * phantom.frame_uv_from_view_uv.xy + phantom.frame_uv_from_view_uv.zw;
 }
 

@@ -1,11 +1,15 @@
 // Phantom in the prepass, drawn only inside the camera frame. The alpha of the normal encodes for the visibility pass
-// whether the phantom receives shadows.
+// whether the phantom receives shadows. Its motion vectors are zero, whatever the phantom does: what it shows is the
+// camera frame, in which the real thing has moved and blurred already.
 
 #import bevy_pbr::prepass_io::VertexOutput
 #import bevy_mirrorball::shadows::render::samples::{IS_HIDING, IS_PHANTOM}
 #ifdef PREPASS_FRAGMENT
 #import bevy_mirrorball::materials::phantom_frame::{frame_uv, is_outside_frame}
 #import bevy_pbr::prepass_io::FragmentOutput
+#endif
+#ifdef VISIBILITY_RANGE_DITHER
+#import bevy_pbr::pbr_functions::visibility_range_dither
 #endif
 
 #ifdef PREPASS_FRAGMENT
@@ -14,7 +18,13 @@ fn fragment(in: VertexOutput) -> FragmentOutput {
     if is_outside_frame(frame_uv(in.position)) {
         discard;
     }
+#ifdef VISIBILITY_RANGE_DITHER
+    visibility_range_dither(in.position, in.visibility_range_dither);
+#endif
     var out: FragmentOutput;
+#ifdef MOTION_VECTOR_PREPASS
+    out.motion_vector = vec2f(0.0);
+#endif
 #ifdef NORMAL_PREPASS
 #ifdef RECEIVES_SHADOWS
     out.normal = vec4f(normalize(in.world_normal) * 0.5 + 0.5, IS_PHANTOM);

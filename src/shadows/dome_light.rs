@@ -5,6 +5,9 @@ use bevy::prelude::*;
 
 /// Dome of shadow-casting directions colored by the measured environment. The up axis of the dome is the entity's +Y.
 ///
+/// As with Bevy's lights, meshes cast shadows if their `RenderLayers` share a layer with those of the dome; without the
+/// component, both are on layer 0. A mesh that casts and is not seen is on a layer of the dome that no camera has.
+///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_mirrorball::prelude::*;

@@ -2,6 +2,7 @@
 //! virtual.
 
 mod casters;
+mod composition;
 mod desk;
 mod dome;
 mod drawing;
