@@ -7,3 +7,4 @@ mod dance_stage;
 mod no_renderer;
 #[path = "../support/shared_data.rs"]
 mod shared_data;
+mod unwrap_ball;
