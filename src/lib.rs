@@ -121,7 +121,8 @@
 //!   be read is an error in the log.
 //! - *The camera does not move:* [`MarkerTracking::state`](tracking::MarkerTracking::state) stays `Searching` until the
 //!   whole marker is in the frame, 40 pixels wide, sharp and with its white margin. One anchor needs
-//!   [`WorldOrigin`](tracking::WorldOrigin).
+//!   [`WorldOrigin`](tracking::WorldOrigin). Mirrored frames, as in previews of front cameras, have no readable marker:
+//!   [`DetectedMarkers::mirrored`](tracking::DetectedMarkers::mirrored).
 //! - *Objects are misplaced:* without [`ArCamera::intrinsics`](camera::ArCamera::intrinsics) a field of view of 60° is
 //!   assumed.
 //! - *Objects are black:* [`ProbeMeasurement::is_in_view`](probe::ProbeMeasurement::is_in_view) says whether the ball
@@ -149,6 +150,7 @@ pub mod authoring;
 pub mod debug;
 mod compute_pass;
 mod device;
+mod image_files;
 mod least_squares;
 mod luminance;
 mod median;
@@ -183,7 +185,8 @@ pub mod offscreen {
 
 use bevy::{app::PluginGroupBuilder, prelude::*};
 
-/// All plugins of the crate. Add it after [`DefaultPlugins`].
+/// All plugins of the crate. Add it after [`DefaultPlugins`]; in the other order the app panics when it is built, with
+/// a message that says so.
 ///
 /// | plugin | responsibility |
 /// |---|---|

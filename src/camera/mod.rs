@@ -43,6 +43,10 @@
 //! One texture upload per new frame and one full-screen triangle per view. Decoding a 640 × 480 JPEG takes a
 //! background thread about 5 ms.
 //!
+//! # Large frames
+//! Frames that are larger than the device's textures (4096 to 16384 pixels along a side) are scaled down when they
+//! arrive, with a warning that names both sizes. Intrinsics follow, as they do for any size of the same shape.
+//!
 //! # Failures
 //! A source that fails is a state, [`FeedState::Lost`], with the reason. The last good frame stays until new frames
 //! arrive.
@@ -59,12 +63,14 @@ mod frame;
 mod image_feed;
 mod image_file;
 mod intrinsics;
+mod intrinsics_check;
 mod open_feed;
 mod poll;
 mod posed_frame;
 mod prepare_backgrounds;
 mod projection;
 mod source;
+mod texture_limit;
 mod upload;
 #[cfg(feature = "webcam")]
 mod webcam;
@@ -76,6 +82,7 @@ pub use feed::{CameraFeed, FeedPace};
 pub use feed_state::{FeedState, FeedStatistics};
 pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
 pub use intrinsics::Intrinsics;
+pub use intrinsics_check::IntrinsicsProblem;
 pub use projection::{FrameFit, FrameMapping, IntrinsicsProjection};
 pub use upload::FrameTexture;
 #[cfg(feature = "webcam")]
@@ -128,9 +135,10 @@ use bevy::{
     NoBackgroundMotionVectors,
 )]
 pub struct ArCamera {
-    /// Intrinsics of the real camera; scaled to the size of the frames that arrive. Defaults to `None`, which uses the
-    /// intrinsics that come with the frames (from the sidecar of a clip) or else assumes a horizontal field of view of
-    /// 60°. That is good enough to see something and too coarse for good registration.
+    /// Intrinsics of the real camera; scaled to the size of the frames that arrive, which has to be of the same shape.
+    /// A warning says if they cannot belong to the frames, see [`Intrinsics::problem`]. Defaults to `None`, which uses
+    /// the intrinsics that come with the frames (from the sidecar of a clip) or else assumes a horizontal field of view
+    /// of 60°. That is good enough to see something and too coarse for good registration.
     pub intrinsics: Option<Intrinsics>,
     /// Fit of a frame into a view of another shape. Defaults to [`FrameFit::Cover`].
     pub fit: FrameFit,
@@ -168,13 +176,23 @@ impl Plugin for CameraPlugin {
             .register_type::<FeedState>()
             .register_type::<FeedStatistics>()
             .register_type::<CameraFrame>()
+            .init_resource::<texture_limit::ReportedSizes>()
             .add_systems(
                 PreUpdate,
                 (
-                    (poll::open_feeds, image_feed::watch_images.run_if(has_images), poll::poll_feeds)
+                    (
+                        poll::open_feeds,
+                        image_feed::watch_images.run_if(has_images),
+                        poll::poll_feeds,
+                        texture_limit::limit_frames,
+                    )
                         .chain()
                         .in_set(MirrorballSystems::Poll),
-                    (upload::allocate_frame_textures.run_if(has_images), projection::fit_projections)
+                    (
+                        upload::allocate_frame_textures.run_if(has_images),
+                        projection::fit_projections,
+                        intrinsics_check::check_intrinsics,
+                    )
                         .chain()
                         .in_set(MirrorballSystems::Show),
                 ),

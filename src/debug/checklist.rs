@@ -4,7 +4,7 @@ use crate::{
     camera::{ArCamera, CameraFrame, FeedState, FeedStatistics},
     probe::ProbeMeasurement,
     shadows::ShadowDomeLight,
-    tracking::{MarkerAnchor, MarkerState, MarkerTracking},
+    tracking::{DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking},
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
 
@@ -33,8 +33,13 @@ pub struct Check {
 /// Fraction of clipped pixels above which the image of the ball loses too much light.
 const MAX_CLIPPED_FRACTION: f32 = 0.2;
 
-type CheckedCamera =
-    (&'static ArCamera, Option<&'static FeedState>, Option<&'static FeedStatistics>, Option<&'static CameraFrame>);
+type CheckedCamera = (
+    &'static ArCamera,
+    Option<&'static FeedState>,
+    Option<&'static FeedStatistics>,
+    Option<&'static CameraFrame>,
+    Option<&'static DetectedMarkers>,
+);
 
 /// Checks of feed, marker, ball and exposure, as a system parameter for a game's own panels.
 ///
@@ -59,7 +64,7 @@ pub struct Checklist<'w, 's> {
 impl Checklist<'_, '_> {
     /// Returns all lines for the first camera: feed, field of view, markers, ball, exposure, shadows.
     pub fn checks(&self) -> Vec<Check> {
-        let Some((ar_camera, state, statistics, frame)) = self.cameras.iter().next() else {
+        let Some((ar_camera, state, statistics, frame, detected)) = self.cameras.iter().next() else {
             return vec![Check::new(
                 CheckLevel::Missing,
                 "camera",
@@ -69,7 +74,7 @@ impl Checklist<'_, '_> {
         let probe = self.probes.iter().next();
         let mut checks = vec![check_feed(state, statistics, frame)];
         checks.extend(frame.map(|frame| check_lens(ar_camera, frame)));
-        checks.extend(self.anchors.iter().map(|(anchor, tracking)| check_marker(anchor, tracking)));
+        checks.extend(self.anchors.iter().map(|(anchor, tracking)| check_marker(anchor, tracking, detected)));
         if self.anchors.is_empty() {
             checks.push(Check::new(CheckLevel::Warning, "marker", "there is no MarkerAnchor"));
         }
@@ -107,7 +112,10 @@ fn check_feed(state: Option<&FeedState>, statistics: Option<&FeedStatistics>, fr
 }
 
 fn check_lens(camera: &ArCamera, frame: &CameraFrame) -> Check {
-    if camera.intrinsics.is_some() || frame.intrinsics.is_some() {
+    let known = camera.intrinsics.or(frame.intrinsics);
+    if let Some(problem) = known.and_then(|known| known.problem(frame.pixels.size)) {
+        Check::new(CheckLevel::Warning, "lens", problem.to_string())
+    } else if known.is_some() {
         Check::new(CheckLevel::Good, "lens", "intrinsics are known")
     } else {
         let text = "a field of view of 60° is assumed; calibrate the camera";
@@ -115,9 +123,19 @@ fn check_lens(camera: &ArCamera, frame: &CameraFrame) -> Check {
     }
 }
 
-fn check_marker(anchor: &MarkerAnchor, tracking: &MarkerTracking) -> Check {
+fn check_marker(anchor: &MarkerAnchor, tracking: &MarkerTracking, detected: Option<&DetectedMarkers>) -> Check {
     let id = anchor.id;
+    let is_mirrored = detected.is_some_and(|detected| detected.mirrored.contains(&id));
+    let copies = tracking.copies;
     let (level, text) = match tracking.state {
+        MarkerState::Lost | MarkerState::Searching if is_mirrored => {
+            let text = format!("number {id} is only in the frame's mirror image; switch the camera's mirroring off");
+            (CheckLevel::Missing, text)
+        }
+        _ if copies > 1 => {
+            let text = format!("number {id} is on {copies} sheets in the frame, one is followed; cover the others");
+            (CheckLevel::Warning, text)
+        }
         MarkerState::Tracked => {
             (CheckLevel::Good, format!("number {id}, off by {:.2} px", tracking.reprojection_error))
         }

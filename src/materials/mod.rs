@@ -88,6 +88,7 @@ pub struct MaterialsPlugin;
 
 impl Plugin for MaterialsPlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::require_assets(app, "MaterialsPlugin");
         crate::schedule::configure(app);
         // The material shaders import the dome shaders, with or without a dome in the scene.
         if !app.is_plugin_added::<ShadowsPlugin>() {

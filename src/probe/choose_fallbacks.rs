@@ -18,7 +18,10 @@ use bevy::{
     asset::RenderAssetUsages,
     math::Affine3A,
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    render::{
+        render_resource::{Extent3d, TextureDimension, TextureFormat},
+        renderer::RenderDevice,
+    },
     tasks::{AsyncComputeTaskPool, Task, block_on, futures::check_ready},
 };
 use std::path::PathBuf;
@@ -30,9 +33,27 @@ const GRADIENT_SIZE: UVec2 = UVec2::new(128, 64);
 #[derive(Component)]
 pub(super) struct FallbackFile(Task<Option<(EnvironmentOrigin, EquirectPixels)>>);
 
-fn open_files(saved: Option<PathBuf>, file: Option<PathBuf>) -> Option<(EnvironmentOrigin, EquirectPixels)> {
+fn open_files(
+    saved: Option<PathBuf>,
+    file: Option<PathBuf>,
+    max_edge: u32,
+) -> Option<(EnvironmentOrigin, EquirectPixels)> {
     let open = |path: PathBuf, origin| match EquirectPixels::open(&path) {
-        Ok(pixels) => Some((origin, pixels)),
+        Ok(pixels) => {
+            let (size, fitting) = (pixels.size, pixels.limited_to(max_edge));
+            if fitting.size != size {
+                warn!(
+                    "EnvironmentFallback: {} of {} × {} pixels is larger than the textures of this device, which end at \
+                     {max_edge}; it is scaled down to {} × {}",
+                    path.display(),
+                    size.x,
+                    size.y,
+                    fitting.size.x,
+                    fitting.size.y
+                );
+            }
+            Some((origin, fitting))
+        }
         Err(EnvironmentFileError::Read { .. }) if origin == EnvironmentOrigin::Saved && !path.exists() => None,
         Err(error) => {
             warn!("EnvironmentFallback: {error}; the next choice is taken");
@@ -82,7 +103,9 @@ pub(super) fn choose_fallbacks(
     lenses: Query<(), With<LensView>>,
     anchors: Query<(&MarkerAnchor, &MarkerTracking)>,
     time: Res<Time<Real>>,
+    device: Option<Res<RenderDevice>>,
 ) {
+    let max_edge = device.map_or(u32::MAX, |device| device.limits().max_texture_dimension_2d);
     let is_measured = !lenses.is_empty() || probes.iter().any(|measurement| measurement.view.is_some());
     for (entity, fallback, camera, frame, feed, place, mut origin, image, file) in &mut cameras {
         let is_lockstep = feed.is_some_and(|feed| feed.pace() == FeedPace::Lockstep);
@@ -102,7 +125,7 @@ pub(super) fn choose_fallbacks(
         let is_asked = fallback.saved.is_some() || fallback.file.is_some();
         if fallback.is_changed() && is_asked {
             let (saved, path) = (fallback.saved.clone(), fallback.file.clone());
-            let task = AsyncComputeTaskPool::get().spawn(async move { open_files(saved, path) });
+            let task = AsyncComputeTaskPool::get().spawn(async move { open_files(saved, path, max_edge) });
             if !is_lockstep {
                 commands.entity(entity).insert(FallbackFile(task));
             } else if let Some(found) = block_on(task) {

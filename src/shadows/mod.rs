@@ -115,6 +115,7 @@ pub struct ShadowsPlugin;
 
 impl Plugin for ShadowsPlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::require_assets(app, "ShadowsPlugin");
         crate::schedule::configure(app);
         render::load_shaders(app);
         app.register_type::<ShadowDomeLight>()

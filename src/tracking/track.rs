@@ -1,6 +1,8 @@
 //! Systems that move the camera and the anchors to the detected markers.
 
-use super::{DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking, PoseCandidates, WorldOrigin};
+use super::{
+    DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking, PoseCandidates, WorldOrigin, same_number::SameNumber,
+};
 use crate::camera::{ArCamera, CameraFrame};
 use bevy::prelude::*;
 
@@ -12,7 +14,7 @@ pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<Mark
     }
 }
 
-type TrackedAnchor = (Ref<'static, MarkerAnchor>, &'static mut MarkerTracking);
+type TrackedAnchor = (Entity, Ref<'static, MarkerAnchor>, &'static mut MarkerTracking, &'static mut SameNumber);
 
 pub(super) fn estimate_poses(
     cameras: Query<(&ArCamera, &CameraFrame, Ref<DetectedMarkers>)>,
@@ -26,14 +28,23 @@ pub(super) fn estimate_poses(
         warn_once!("ArCamera has no intrinsics: poses are measured with an assumed field of view of 60°");
     }
     let intrinsics = ar_camera.intrinsics_for(frame);
-    for (anchor, mut tracking) in &mut anchors {
+    for (entity, anchor, mut tracking, mut same_number) in &mut anchors {
         if !(detected.is_changed() || anchor.is_changed()) || anchor.check().is_err() {
             continue;
         }
-        let candidates = detected
-            .markers
-            .iter()
-            .find(|marker| marker.id == anchor.id)
+        let seen: Vec<_> = detected.markers.iter().filter(|marker| marker.id == anchor.id).collect();
+        tracking.copies = seen.len() as u32;
+        if seen.len() > 1 && !same_number.is_reported {
+            same_number.is_reported = true;
+            warn!(
+                "MarkerAnchor of {entity}: {} sheets with the number {} are in the frame; the one that was seen first is \
+                 followed. Cover the others or print them with other numbers",
+                seen.len(),
+                anchor.id
+            );
+        }
+        let candidates = same_number
+            .choose(&seen)
             .and_then(|marker| PoseCandidates::from_corners(&marker.corners, &intrinsics, anchor.size.into()));
         tracking.candidates = candidates;
         match candidates {

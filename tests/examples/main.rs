@@ -9,3 +9,4 @@ mod no_renderer;
 mod room_walls;
 #[path = "../support/shared_data.rs"]
 mod shared_data;
+mod unwrap_ball;

@@ -1,0 +1,1 @@
+//! Inputs that failed once, cut down to what matters.
