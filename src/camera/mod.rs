@@ -39,6 +39,18 @@
 //! same units and are shown at the intensity `1 / Exposure::exposure()`. So 1.0 camera unit stays 1.0 in the frame
 //! buffer whatever the [`Exposure`](bevy::camera::Exposure) of the camera, and lamps keep Bevy's photometric units.
 //!
+//! # Several cameras
+//! Split screen, stereo and spectators are several [`ArCamera`]s, each with its own feed. Each is posed by the markers
+//! in its own frames and shows its own frame, as background and on phantoms. They share one environment: a ball is
+//! measured in the frames of the first camera that has seen a marker and has the ball in view, until that camera loses
+//! it ([`ProbeMeasurement::camera`](crate::probe::ProbeMeasurement::camera)). Where one of several cameras counts (the
+//! [`Checklist`](crate::debug::Checklist), the visibility pass of the [`shadows`](crate::shadows)), active ones come
+//! first, then those of a lower [`Camera::order`], then those spawned earlier.
+//!
+//! Cameras without `ArCamera` see virtual objects only; [`ShowPhantoms`](crate::materials::ShowPhantoms) shows them the
+//! real things too. A viewport is a view of its own, into which the frame is fitted. A
+//! [`sub_camera_view`](Camera::sub_camera_view) shows its part of the frame, so that tiles make up the whole view.
+//!
 //! # Cost
 //! One texture upload per new frame and one full-screen triangle per view. Decoding a 640 × 480 JPEG takes a
 //! background thread about 5 ms.
@@ -69,6 +81,7 @@ mod poll;
 mod posed_frame;
 mod prepare_backgrounds;
 mod projection;
+mod rank;
 mod source;
 mod texture_limit;
 mod upload;
@@ -89,7 +102,8 @@ pub use upload::FrameTexture;
 pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
 
 pub(crate) use poll::{ArrivingFrame, FramesAwaitTracking};
-pub(crate) use posed_frame::PosedFrame;
+pub(crate) use posed_frame::{PosedFrame, world_from_camera};
+pub(crate) use rank::camera_rank;
 
 /// Old name of [`BracketedFrame`].
 #[deprecated(since = "0.1.0", note = "use `BracketedFrame`")]
@@ -177,6 +191,7 @@ impl Plugin for CameraPlugin {
             .register_type::<FeedStatistics>()
             .register_type::<CameraFrame>()
             .init_resource::<texture_limit::ReportedSizes>()
+            .add_observer(poll::close_feed)
             .add_systems(
                 PreUpdate,
                 (

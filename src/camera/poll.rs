@@ -11,7 +11,7 @@ use super::{
     source::SourceFrame,
     texture_limit::ReportedSizes,
 };
-use bevy::{prelude::*, render::renderer::RenderDevice};
+use bevy::{ecs::observer::On, prelude::*, render::renderer::RenderDevice};
 
 /// Marks apps in which live frames become [`CameraFrame`]s only after marker detection. Inserted by
 /// [`tracking`](crate::tracking).
@@ -44,6 +44,21 @@ pub(super) fn open_feeds(
             }
             Err(error) => report_state(camera, &mut state, FeedState::Failed(error.to_string())),
         }
+    }
+}
+
+/// Closes the source of a feed that is taken away.
+pub(super) fn close_feed(
+    removed: On<Remove, CameraFeed>,
+    mut commands: Commands,
+    children: Query<&Children>,
+    readers: Query<(), With<ImageReader>>,
+) {
+    for reader in children.get(removed.entity).into_iter().flatten().filter(|child| readers.contains(**child)) {
+        commands.entity(*reader).try_despawn();
+    }
+    if let Ok(mut camera) = commands.get_entity(removed.entity) {
+        camera.try_remove::<(OpenFeed, ImageSlot, ArrivingFrame)>();
     }
 }
 

@@ -1,6 +1,7 @@
 //! A frame together with the pinhole camera and the pose that it was taken with.
 
 use super::{FramePixels, Intrinsics};
+use bevy::transform::components::GlobalTransform;
 use glam::{Affine3A, Vec2, Vec3};
 
 /// A camera frame with everything that turns its pixels into rays and radiance.
@@ -14,6 +15,12 @@ pub(crate) struct PosedFrame<'a> {
     pub camera_from_world: Affine3A,
     /// Exposure relative to the camera's normal frames, which have 1.
     pub exposure: f32,
+}
+
+/// Pose of a camera: camera (Bevy axes) → world, rigid. A real camera has no scale, so that of its parents in the
+/// scene is left out.
+pub(crate) fn world_from_camera(place: &GlobalTransform) -> Affine3A {
+    Affine3A::from(place.to_isometry())
 }
 
 impl PosedFrame<'_> {

@@ -5,6 +5,7 @@ use super::{
     background_pipeline::{BackgroundPipeline, BackgroundPipelineKey, BackgroundUniform},
 };
 use bevy::{
+    ecs::entity::EntityHashSet,
     prelude::*,
     render::{
         Extract,
@@ -37,16 +38,23 @@ pub(super) struct PreparedBackground {
 
 type BackgroundSource = (RenderEntity, &'static ArCamera, &'static Camera, &'static CameraFrame, &'static FrameTexture);
 
-pub(super) fn extract_backgrounds(mut commands: Commands, cameras: Extract<Query<BackgroundSource>>) {
+pub(super) fn extract_backgrounds(
+    mut commands: Commands,
+    cameras: Extract<Query<BackgroundSource>>,
+    extracted: Query<Entity, With<ExtractedBackground>>,
+) {
+    let mut current = EntityHashSet::default();
     for (entity, ar_camera, camera, frame, texture) in &cameras {
-        let Some(view_size) = camera.physical_viewport_size().filter(|size| size.min_element() > 0) else {
-            continue;
-        };
-        let mapping = FrameMapping::new(ar_camera.fit, frame.pixels.size.as_vec2(), view_size.as_vec2());
-        commands.entity(entity).insert(ExtractedBackground {
-            image: texture.image.id(),
-            frame_uv_from_view_uv: mapping.frame_uv_from_view_uv(),
-        });
+        let mapping = FrameMapping::frame_uv_from_viewport_uv(camera, ar_camera.fit, frame.pixels.size);
+        if let Some(frame_uv_from_view_uv) = mapping {
+            let background = ExtractedBackground { image: texture.image.id(), frame_uv_from_view_uv };
+            commands.entity(entity).insert(background);
+            current.insert(entity);
+        }
+    }
+    // A camera that has lost its frame shows none.
+    for entity in extracted.iter().filter(|entity| !current.contains(entity)) {
+        commands.entity(entity).remove::<(ExtractedBackground, PreparedBackground)>();
     }
 }
 

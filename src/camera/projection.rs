@@ -51,6 +51,23 @@ impl FrameMapping {
         Vec4::new(scale.x, scale.y, offset.x, offset.y)
     }
 
+    /// Map from texture coordinates of a camera's viewport to those of its frame: `frame_uv = view_uv · xy + zw`. A
+    /// [`SubCameraView`] shows its part of the frame. `None` while the camera has no view.
+    pub(crate) fn frame_uv_from_viewport_uv(camera: &Camera, fit: FrameFit, frame_size: UVec2) -> Option<Vec4> {
+        let is_some = |size: &UVec2| size.min_element() > 0;
+        let view_size = camera.physical_viewport_size().filter(is_some)?;
+        let map = |view_size: UVec2| Self::new(fit, frame_size.as_vec2(), view_size.as_vec2()).frame_uv_from_view_uv();
+        let Some(sub_view) = &camera.sub_camera_view else {
+            return Some(map(view_size));
+        };
+        let full_size = Some(sub_view.full_size).filter(is_some)?;
+        let [scale, offset] = [sub_view.size.as_vec2(), sub_view.offset].map(|part| part / full_size.as_vec2());
+        let full = map(full_size);
+        let (full_scale, full_offset) = (full.xy(), full.zw());
+        let (scale, offset) = (full_scale * scale, full_scale * offset + full_offset);
+        Some(Vec4::new(scale.x, scale.y, offset.x, offset.y))
+    }
+
     /// Intrinsics of the view, as if the view were the frame of the camera.
     pub fn view_intrinsics(&self, frame: &Intrinsics) -> Intrinsics {
         Intrinsics {
@@ -106,7 +123,8 @@ impl CameraProjection for IntrinsicsProjection {
         let center = (2.0 * sub_view.offset + sub_view.size.as_vec2()) / full - 1.0;
         let sub_from_full = Mat4::from_translation((Vec2::new(-center.x, center.y) * scale).extend(0.0))
             * Mat4::from_scale(scale.extend(1.0));
-        sub_from_full * self.get_clip_from_view()
+        // The frame is fitted into the whole view, whose shape may be another one than that of its part.
+        sub_from_full * Self { view_size: full, ..self.clone() }.get_clip_from_view()
     }
 
     fn update(&mut self, width: f32, height: f32) {
@@ -153,6 +171,7 @@ pub(super) fn fit_projections(mut cameras: Query<(&ArCamera, &CameraFrame, &mut 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bevy::camera::RenderTargetInfo;
 
     fn webcam() -> Intrinsics {
         Intrinsics { focal: Vec2::new(600.0, 590.0), center: Vec2::new(310.0, 250.0), size: UVec2::new(640, 480) }
@@ -193,6 +212,30 @@ mod tests {
             projection.update(1000.0, 300.0);
             let mapping = FrameMapping::new(fit, Vec2::new(640.0, 480.0), Vec2::new(1000.0, 300.0));
             assert!(view_pixel(&projection, pos).distance(pixel * mapping.scale + mapping.offset) < 2e-3);
+        }
+    }
+
+    #[test]
+    fn a_part_of_a_view_shows_its_part_of_the_frame() {
+        let frame_size = UVec2::new(640, 480);
+        let full_size = UVec2::new(1000, 300);
+        let pos = Vec3::new(0.1, 0.05, -0.8);
+        let pixel = webcam().project(pos).expect("in front");
+        for fit in [FrameFit::Cover, FrameFit::Contain, FrameFit::Stretch] {
+            for offset in [Vec2::ZERO, Vec2::new(500.0, 0.0), Vec2::new(250.0, 150.0)] {
+                // Half as wide, as high, and shown in a viewport of twice that size.
+                let sub_view = SubCameraView { full_size, offset, size: UVec2::new(500, 300) };
+                let mut camera = Camera { sub_camera_view: Some(sub_view), ..default() };
+                let target = RenderTargetInfo { physical_size: UVec2::new(1000, 600), scale_factor: 1.0 };
+                camera.computed.target_info = Some(target);
+                let map = FrameMapping::frame_uv_from_viewport_uv(&camera, fit, frame_size).expect("has a view");
+                let mut projection = IntrinsicsProjection::new(webcam(), fit);
+                projection.update(1000.0, 600.0);
+                let ndc = projection.get_clip_from_view_for_sub(&sub_view).project_point3(pos);
+                let uv_view = Vec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
+                let found = (uv_view * map.xy() + map.zw()) * frame_size.as_vec2();
+                assert!(found.distance(pixel) < 1e-2, "{fit:?}, {offset}: {found} instead of {pixel}");
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! Checklist of the measurement setup for new users, in order of importance.
 
 use crate::{
-    camera::{ArCamera, CameraFrame, FeedState, FeedStatistics},
+    camera::{ArCamera, CameraFrame, FeedState, FeedStatistics, camera_rank},
     probe::ProbeMeasurement,
     shadows::ShadowDomeLight,
     tracking::{DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking},
@@ -34,6 +34,8 @@ pub struct Check {
 const MAX_CLIPPED_FRACTION: f32 = 0.2;
 
 type CheckedCamera = (
+    Entity,
+    &'static Camera,
     &'static ArCamera,
     Option<&'static FeedState>,
     Option<&'static FeedStatistics>,
@@ -64,7 +66,8 @@ pub struct Checklist<'w, 's> {
 impl Checklist<'_, '_> {
     /// Returns all lines for the first camera: feed, field of view, markers, ball, exposure, shadows.
     pub fn checks(&self) -> Vec<Check> {
-        let Some((ar_camera, state, statistics, frame, detected)) = self.cameras.iter().next() else {
+        let first = self.cameras.iter().min_by_key(|(entity, camera, ..)| camera_rank(*entity, camera));
+        let Some((_, _, ar_camera, state, statistics, frame, detected)) = first else {
             return vec![Check::new(
                 CheckLevel::Missing,
                 "camera",

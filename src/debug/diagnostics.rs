@@ -2,7 +2,7 @@
 
 use crate::{
     MirrorballSystems,
-    camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, FeedStatistics},
+    camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, FeedStatistics, camera_rank},
     lighting::{RecoveredLight, SelfCheck},
     probe::ProbeMeasurement,
     tracking::DetectedMarkers,
@@ -70,14 +70,21 @@ fn milliseconds(time: Duration) -> f64 {
     1e3 * time.as_secs_f64()
 }
 
-type NewFrame = (Ref<'static, CameraFrame>, Option<&'static FeedStatistics>, Option<&'static DetectedMarkers>);
+type NewFrame = (
+    Entity,
+    &'static Camera,
+    Ref<'static, CameraFrame>,
+    Option<&'static FeedStatistics>,
+    Option<&'static DetectedMarkers>,
+);
 
 fn record_stages(
     mut diagnostics: Diagnostics,
     cameras: Query<NewFrame, With<ArCamera>>,
     probes: Query<&ProbeMeasurement>,
 ) {
-    let Some((frame, statistics, detected)) = cameras.iter().next().filter(|(frame, ..)| frame.is_changed()) else {
+    let first = cameras.iter().min_by_key(|(entity, camera, ..)| camera_rank(*entity, camera));
+    let Some((camera, _, frame, statistics, detected)) = first.filter(|(_, _, frame, ..)| frame.is_changed()) else {
         return;
     };
     if let Some(statistics) = statistics {
@@ -88,7 +95,10 @@ fn record_stages(
     if let Some(detected) = detected.filter(|detected| detected.sequence == frame.sequence) {
         diagnostics.add_measurement(&DETECT, || milliseconds(detected.cpu_time));
     }
-    if let Some(probe) = probes.iter().find(|probe| probe.sequence == frame.sequence) {
+    let is_of = |probe: &&ProbeMeasurement| {
+        probe.sequence == frame.sequence && probe.camera().is_none_or(|measured_by| measured_by == camera)
+    };
+    if let Some(probe) = probes.iter().find(is_of) {
         diagnostics.add_measurement(&MEASURE, || milliseconds(probe.cpu_time));
     }
 }
@@ -121,14 +131,14 @@ struct DrawnFrame {
     watched: Option<u64>,
 }
 
-type LiveCamera = (&'static CameraFrame, &'static CameraFeed);
+type LiveCamera = (Entity, &'static Camera, &'static CameraFrame, &'static CameraFeed);
 
 fn extract_drawn_frame(mut drawn: ResMut<DrawnFrame>, cameras: Extract<Query<LiveCamera, With<ArCamera>>>) {
     drawn.newest = cameras
         .iter()
-        .next()
-        .filter(|(_, feed)| feed.pace() == FeedPace::Live)
-        .map(|(frame, _)| (frame.sequence, frame.captured));
+        .min_by_key(|(entity, camera, ..)| camera_rank(*entity, camera))
+        .filter(|(.., feed)| feed.pace() == FeedPace::Live)
+        .map(|(_, _, frame, _)| (frame.sequence, frame.captured));
 }
 
 fn watch_submitted_work(mut drawn: ResMut<DrawnFrame>, finished: Res<FinishedFrames>, queue: Res<RenderQueue>) {

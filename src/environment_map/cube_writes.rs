@@ -17,6 +17,11 @@ impl CubeWrites {
         *count = count.wrapping_add(1);
     }
 
+    /// Forgets images that no longer exist.
+    pub(crate) fn retain(&mut self, exists: impl Fn(AssetId<Image>) -> bool) {
+        self.0.retain(|image, _| exists(*image));
+    }
+
     /// Number of announcements of an image, to be compared with an earlier number.
     pub fn count(&self, image: AssetId<Image>) -> u32 {
         self.0.get(&image).copied().unwrap_or_default()

@@ -15,6 +15,8 @@ const MAX_AGE: Duration = Duration::from_secs(5);
 /// Bracketed frames around the newest frame of a probe, with their poses; on the probe's entity.
 #[derive(Component, Default)]
 pub(super) struct BracketedPoses {
+    /// Camera of the frames.
+    camera: Option<Entity>,
     newest: Option<ShownFrame>,
     frames: Vec<BracketedPose>,
 }
@@ -42,18 +44,21 @@ pub(super) fn estimate_bracketed_poses(
     cameras: Query<BracketingCamera, With<ArCamera>>,
     mut probes: Query<BracketedProbe>,
 ) {
-    let Some((frame, camera, shorter)) = cameras.iter().next() else {
-        return;
-    };
     for (probe, transform, measurement, mut poses) in &mut probes {
-        if probe.is_dark() {
+        let Some(entity) = measurement.camera().filter(|_| !probe.is_dark()) else {
             continue;
+        };
+        let Ok((frame, camera, shorter)) = cameras.get(entity) else {
+            continue;
+        };
+        if poses.camera.replace(entity).is_some_and(|last| last != entity) {
+            *poses = BracketedPoses { camera: Some(entity), ..default() };
         }
         for new in shorter.iter().flat_map(|shorter| shorter.iter()) {
             poses.add(new);
         }
         let is_new = poses.newest.is_none_or(|newest| newest.sequence != frame.sequence);
-        if is_new && measurement.is_in_view && measurement.sequence == frame.sequence {
+        if is_new && measurement.is_of(entity, frame.sequence) {
             let camera_from_probe = camera.to_isometry().inverse() * transform.to_isometry();
             poses.interpolate(ShownFrame { sequence: frame.sequence, captured: frame.captured, camera_from_probe });
         }

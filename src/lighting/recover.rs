@@ -8,9 +8,9 @@ use super::{
     solver::{DetectedLight, MirrorBall, Paper, SolvedLight, SolverCache, self_check::SelfCheck},
 };
 use crate::{
-    camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
+    camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, world_from_camera},
     probe::{ClipEvidence, ClipRecovery, LightProbeSphere, ProbeMeasurement},
-    tracking::{MarkerAnchor, MarkerTracking},
+    tracking::SeenMarker,
 };
 use bevy::{
     ecs::query::QueryData,
@@ -68,13 +68,13 @@ pub(super) fn recover_lights(
     mut commands: Commands,
     mut probes: Query<SolvedProbe>,
     cameras: Query<FramedCamera>,
-    anchors: Query<(&MarkerAnchor, &MarkerTracking)>,
+    markers: Query<SeenMarker>,
     desk: Res<DeskSolids>,
 ) {
-    let balls: Vec<(Entity, MirrorBall, u64)> = probes
+    let balls: Vec<(Entity, MirrorBall, ProbeMeasurement)> = probes
         .iter()
         .filter(|probe| probe.measurement.is_in_view)
-        .map(|probe| (probe.entity, mirror_ball(probe.sphere, probe.transform), probe.measurement.sequence))
+        .map(|probe| (probe.entity, mirror_ball(probe.sphere, probe.transform), probe.measurement.clone()))
         .collect();
     for SolvedProbeItem { entity, sphere, recovery, transform, measurement, solver, has_gains, recovered } in
         &mut probes
@@ -91,19 +91,25 @@ pub(super) fn recover_lights(
             solver.running = None;
             publish(&mut commands, entity, &mut solver, result);
         }
-        let Some((ar_camera, frame, camera_transform, feed)) = cameras.iter().next() else {
+        let Some(camera) = measurement.camera() else {
             continue;
         };
-        if !measurement.is_in_view || measurement.sequence != frame.sequence || solver.running.is_some() {
+        let Ok((ar_camera, frame, camera_transform, feed)) = cameras.get(camera) else {
+            continue;
+        };
+        if !measurement.is_of(camera, frame.sequence) || solver.running.is_some() {
             continue;
         }
-        let is_other = |(other, _, sequence): &&(Entity, _, u64)| *other != entity && *sequence == frame.sequence;
+        let is_other = |(other, _, measurement): &&(Entity, _, ProbeMeasurement)| {
+            *other != entity && measurement.is_of(camera, frame.sequence)
+        };
         let other_balls: Vec<MirrorBall> = balls.iter().filter(is_other).map(|(_, ball, _)| *ball).collect();
         let inputs = SolveInputs {
             sphere,
             recovery,
             transform,
             measurement,
+            camera,
             frame,
             other_balls,
             bracketed_exposures: brackets.exposures(transform),
@@ -113,8 +119,8 @@ pub(super) fn recover_lights(
         if solver.key.as_ref() == Some(&key) {
             continue;
         }
-        let world_from_camera = camera_transform.affine();
-        let papers = papers_in(frame.sequence, &anchors, world_from_camera, recovery.paper_reflectance);
+        let world_from_camera = world_from_camera(camera_transform);
+        let papers = papers_in(camera, frame.sequence, &markers, world_from_camera, recovery.paper_reflectance);
         // Without a marker nothing is known of the desk: the last solution stays.
         let is_wanted = recovery.is_enabled && recovery.evidence == ClipEvidence::Desk;
         if is_wanted && papers.is_empty() && has_gains {
@@ -140,22 +146,19 @@ pub(super) fn recover_lights(
     }
 }
 
-/// Sheets of the markers that were detected in a frame.
+/// Sheets of the markers that were detected in a frame of a camera.
 fn papers_in(
+    camera: Entity,
     sequence: u64,
-    anchors: &Query<(&MarkerAnchor, &MarkerTracking)>,
+    markers: &Query<SeenMarker>,
     world_from_camera: Affine3A,
     reflectance: f32,
 ) -> Vec<Paper> {
-    anchors
+    markers
         .iter()
-        .filter(|(_, tracking)| tracking.last_seen == Some(sequence))
-        .filter_map(|(anchor, tracking)| {
-            Some(Paper {
-                world_from_marker: world_from_camera * Affine3A::from(tracking.camera_from_marker?),
-                size: anchor.size,
-                reflectance,
-            })
+        .filter_map(|marker| {
+            let world_from_marker = world_from_camera * marker.pose_in(camera, sequence)?;
+            Some(Paper { world_from_marker, size: marker.size(), reflectance })
         })
         .collect()
 }

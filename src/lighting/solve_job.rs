@@ -20,6 +20,7 @@ pub(super) struct SolveInputs<'a> {
     pub(super) recovery: &'a ClipRecovery,
     pub(super) transform: &'a GlobalTransform,
     pub(super) measurement: &'a ProbeMeasurement,
+    pub(super) camera: Entity,
     pub(super) frame: &'a CameraFrame,
     pub(super) other_balls: Vec<MirrorBall>,
     pub(super) bracketed_exposures: Vec<BracketedExposure>,
@@ -29,6 +30,7 @@ pub(super) struct SolveInputs<'a> {
 /// Inputs of a solution. While they stay the same, the frame is not solved again.
 #[derive(Clone, PartialEq)]
 pub(super) struct SolveKey {
+    camera: Entity,
     sequence: u64,
     /// Address of the list of solids.
     solids: usize,
@@ -44,6 +46,7 @@ impl SolveInputs<'_> {
     /// Key that identifies these inputs.
     pub(super) fn key(&self) -> SolveKey {
         SolveKey {
+            camera: self.camera,
             sequence: self.frame.sequence,
             solids: Arc::as_ptr(self.solids).addr(),
             probe: *self.sphere,

@@ -21,6 +21,12 @@
 //! pass, as a single luminance. Lamps are treated as points; light textures and rectangle lights have no effect here.
 //! Indirect light of lamps is left out, as it is on virtual surfaces.
 //!
+//! # Phantoms in several cameras
+//! An [`ArCamera`](crate::camera::ArCamera) shows phantoms with its own frame: the part of it that its viewport and its
+//! `sub_camera_view` show. In all other cameras (spectators, mirrors, [scene probes](crate::prefilter::SceneProbe))
+//! phantoms do not exist, so that virtual objects are seen whole and nothing of the frame is seen, unless the camera
+//! has [`ShowPhantoms`].
+//!
 //! # Edges of phantoms
 //! A virtual object ends sharply, within one pixel, where a phantom hides it. [`SoftPhantomEdges`] on the camera
 //! blends the two across the edge instead.
@@ -66,6 +72,9 @@ mod dome_bindings;
 mod image_based;
 mod outline;
 mod phantom;
+mod phantom_draw;
+mod phantom_views;
+mod show_phantoms;
 mod soft_edges;
 mod style;
 mod toon;
@@ -73,6 +82,7 @@ mod toon;
 pub use image_based::{DomeShadowed, ImageBasedMaterial};
 pub use outline::OutlineMaterial;
 pub use phantom::PhantomMaterial;
+pub use show_phantoms::ShowPhantoms;
 pub use soft_edges::SoftPhantomEdges;
 pub use style::{SurfaceStyle, ToonStyle};
 pub use toon::{ToonMaterial, ToonShaded};
@@ -104,6 +114,7 @@ impl Plugin for MaterialsPlugin {
         outline::build(app);
         soft_edges::build(app);
         app.register_type::<SurfaceStyle>()
+            .register_type::<ShowPhantoms>()
             .add_plugins((
                 MaterialPlugin::<PhantomMaterial>::default(),
                 MaterialPlugin::<ImageBasedMaterial>::default(),
@@ -128,5 +139,10 @@ impl Plugin for MaterialsPlugin {
                     .in_set(MirrorballSystems::Dress)
                     .before(bevy::asset::AssetEventSystems),
             );
+        phantom_views::build(app);
+    }
+
+    fn finish(&self, app: &mut App) {
+        phantom_draw::finish(app);
     }
 }

@@ -6,7 +6,6 @@ use super::{
     outline::Outline,
 };
 use crate::{
-    camera::{ArCamera, CameraFrame, FrameMapping, FrameTexture},
     phantom::{PhantomObject, StageRole},
     shadows::{DomeIdentity, DomeShader, DomeTextures, Lamp},
 };
@@ -21,7 +20,8 @@ use bevy::{
 /// Material of phantoms. It shows the camera frame times the fraction of light that virtual objects let through, plus
 /// the light of virtual lamps. Managed by the crate: put a [`PhantomObject`] on an entity instead.
 ///
-/// The frame is that of the first [`ArCamera`]. Phantoms are not drawn before the first frame.
+/// Each [`ArCamera`](crate::camera::ArCamera) shows phantoms with its own frame, which `phantom_views.rs` binds. Before
+/// its first frame, and in ordinary cameras without [`ShowPhantoms`](super::ShowPhantoms), they are not drawn.
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct PhantomMaterial {
     frame: FrameBindings,
@@ -32,7 +32,7 @@ pub struct PhantomMaterial {
 
 bind_fields!(PhantomMaterial, PhantomKey, dome: DomeBindings, frame: FrameBindings);
 
-/// Bindings of the camera frame.
+/// Bindings of the camera frame, for views without a frame: those of lamps with shadow maps.
 #[derive(AsBindGroup, Clone, Debug)]
 struct FrameBindings {
     #[texture(0)]
@@ -44,8 +44,21 @@ struct FrameBindings {
 
 /// Mirror of `Phantom` in `phantom_frame.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, PartialEq)]
-struct PhantomUniform {
-    frame_uv_from_view_uv: Vec4,
+pub(super) struct PhantomUniform {
+    /// Frame coordinates by place in the view: `frame_uv = view_uv · xy + zw`.
+    pub(super) frame_uv_from_view_uv: Vec4,
+    /// Frame coordinates by place in the world, homogeneous, which are added.
+    pub(super) frame_uv_from_world: Mat4,
+}
+
+impl PhantomUniform {
+    /// Mapping of the places in a view.
+    pub(super) fn of_view(frame_uv_from_view_uv: Vec4) -> Self {
+        Self {
+            frame_uv_from_view_uv,
+            frame_uv_from_world: Mat4::from_cols(Vec4::ZERO, Vec4::ZERO, Vec4::ZERO, Vec4::W),
+        }
+    }
 }
 
 /// Pipeline key of phantoms. Flags in the uniform would be enough, but lavapipe recompiles shaders that branch on
@@ -63,8 +76,8 @@ impl From<&PhantomMaterial> for PhantomKey {
     }
 }
 
-/// Mapping of every view position to a point outside the frame, where phantoms are not drawn.
-const NO_FRAME: Vec4 = Vec4::new(0.0, 0.0, -1.0, -1.0);
+/// Mapping of every place to the middle of the frame: in the shadow maps of lamps, phantoms are drawn everywhere.
+const MIDDLE: Vec4 = Vec4::new(0.0, 0.0, 0.5, 0.5);
 
 impl Material for PhantomMaterial {
     fn fragment_shader() -> ShaderRef {
@@ -100,40 +113,23 @@ pub(super) struct PhantomMaterials {
 /// Inputs of the shared materials.
 #[derive(PartialEq)]
 struct PhantomSources {
-    frame: Option<AssetId<Image>>,
-    frame_uv_from_view_uv: Vec4,
     textures: DomeIdentity,
     has_lamps: bool,
 }
 
-type FrameSource = (&'static ArCamera, &'static Camera, &'static CameraFrame, &'static FrameTexture);
-
-/// Updates the shared materials when the frame, its mapping, the dome's textures or the presence of lamps changes.
+/// Updates the shared materials when the dome's textures or the presence of lamps changes.
 pub(super) fn update_phantom_materials(
     mut shared: ResMut<PhantomMaterials>,
     mut materials: ResMut<Assets<PhantomMaterial>>,
     textures: Res<DomeTextures>,
-    cameras: Query<FrameSource>,
     lamps: Query<(), Lamp>,
 ) {
-    let source = cameras.iter().next().and_then(|(ar_camera, camera, frame, texture)| {
-        let view_size = camera.physical_viewport_size().filter(|size| size.min_element() > 0)?;
-        let mapping = FrameMapping::new(ar_camera.fit, frame.pixels.size.as_vec2(), view_size.as_vec2());
-        Some((texture.image.clone(), mapping.frame_uv_from_view_uv()))
-    });
-    let (frame, frame_uv_from_view_uv) = source.unzip();
-    let frame_uv_from_view_uv = frame_uv_from_view_uv.unwrap_or(NO_FRAME);
-    let sources = PhantomSources {
-        frame: frame.as_ref().map(Handle::id),
-        frame_uv_from_view_uv,
-        textures: textures.identity(),
-        has_lamps: !lamps.is_empty(),
-    };
+    let sources = PhantomSources { textures: textures.identity(), has_lamps: !lamps.is_empty() };
     if shared.made_from.as_ref() == Some(&sources) {
         return;
     }
     let material = |receives: bool| PhantomMaterial {
-        frame: FrameBindings { frame: frame.clone(), uniform: PhantomUniform { frame_uv_from_view_uv } },
+        frame: FrameBindings { frame: None, uniform: PhantomUniform::of_view(MIDDLE) },
         dome: textures.as_ref().into(),
         receives,
         has_lamps: sources.has_lamps,

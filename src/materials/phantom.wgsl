@@ -17,7 +17,7 @@
 
 @fragment
 fn fragment(in: VertexOutput) -> FragmentOutput {
-    let uv_frame = frame_uv(in.position);
+    let uv_frame = frame_uv(in.position, in.world_position);
     if is_outside_frame(uv_frame) {
         discard;
     }

@@ -15,7 +15,7 @@
 #ifdef PREPASS_FRAGMENT
 @fragment
 fn fragment(in: VertexOutput) -> FragmentOutput {
-    if is_outside_frame(frame_uv(in.position)) {
+    if is_outside_frame(frame_uv(in.position, in.world_position)) {
         discard;
     }
 #ifdef VISIBILITY_RANGE_DITHER

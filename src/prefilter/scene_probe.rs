@@ -12,10 +12,10 @@ use std::f32::consts::FRAC_PI_2;
 /// engine; [`faces_per_frame`](Self::faces_per_frame) limits the cost.
 ///
 /// [`RenderLayers`](bevy::camera::visibility::RenderLayers) on this entity are those of the faces. Use them to keep
-/// out objects that should not see themselves, such as a mirror with the probe in its center, and
-/// [phantoms](crate::phantom::PhantomObject), which show the frame of the main camera and nothing useful in other
-/// directions. Lights have to be on a layer of the faces, too. Mirrors that the probe sees show its own last cube:
-/// light bounces once per refresh, weaker each time as long as surfaces reflect less than they receive.
+/// out objects that should not see themselves, such as a mirror with the probe in its center.
+/// [Phantoms](crate::phantom::PhantomObject) are not rendered: the real things are in the background already. Lights
+/// have to be on a layer of the faces, too. Mirrors that the probe sees show its own last cube: light bounces once
+/// per refresh, weaker each time as long as surfaces reflect less than they receive.
 ///
 /// ```
 /// use bevy::prelude::*;

@@ -48,7 +48,8 @@ fn extract_scene_cubes(mut scene: ResMut<SceneCopies>, cubes: Extract<Query<&Sce
     }
 }
 
-fn announce_cubes(mut scene: ResMut<SceneCopies>, mut writes: ResMut<CubeWrites>) {
+fn announce_cubes(mut scene: ResMut<SceneCopies>, mut writes: ResMut<CubeWrites>, images: Res<RenderAssets<GpuImage>>) {
+    writes.retain(|image| images.get(image).is_some());
     for cube in scene.finished.drain(..) {
         writes.announce(cube);
     }

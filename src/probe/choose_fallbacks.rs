@@ -10,13 +10,12 @@ use super::{
     sky_gradient::SkyGradient,
 };
 use crate::{
-    camera::{ArCamera, CameraFeed, CameraFrame, FeedPace},
+    camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, world_from_camera},
     environment_map::{EnvironmentCube, EnvironmentFileError, EquirectPixels, equirect_direction},
-    tracking::{MarkerAnchor, MarkerTracking},
+    tracking::SeenMarker,
 };
 use bevy::{
     asset::RenderAssetUsages,
-    math::Affine3A,
     prelude::*,
     render::{
         render_resource::{Extent3d, TextureDimension, TextureFormat},
@@ -101,12 +100,15 @@ pub(super) fn choose_fallbacks(
     mut cameras: Query<FallbackCamera, With<EnvironmentCube>>,
     probes: SeenProbes,
     lenses: Query<(), With<LensView>>,
-    anchors: Query<(&MarkerAnchor, &MarkerTracking)>,
+    markers: Query<SeenMarker>,
     time: Res<Time<Real>>,
     device: Option<Res<RenderDevice>>,
 ) {
     let max_edge = device.map_or(u32::MAX, |device| device.limits().max_texture_dimension_2d);
-    let is_measured = !lenses.is_empty() || probes.iter().any(|measurement| measurement.view.is_some());
+    // All cameras share the measured environment.
+    let is_measured = !lenses.is_empty()
+        || probes.iter().any(|measurement| measurement.view.is_some())
+        || cameras.iter().any(|(.., origin, _, _)| *origin == EnvironmentOrigin::Measured);
     for (entity, fallback, camera, frame, feed, place, mut origin, image, file) in &mut cameras {
         let is_lockstep = feed.is_some_and(|feed| feed.pace() == FeedPace::Lockstep);
         // A measured environment stays when its ball is gone.
@@ -143,7 +145,7 @@ pub(super) fn choose_fallbacks(
         if matches!(*origin, EnvironmentOrigin::File | EnvironmentOrigin::Saved) {
             continue;
         }
-        let fitted = frame.and_then(|frame| fit_sky(camera, frame, place, &anchors));
+        let fitted = frame.and_then(|frame| fit_sky(entity, camera, frame, place, &markers));
         origin.set_if_neq(if fitted.is_some() { EnvironmentOrigin::FittedSky } else { EnvironmentOrigin::Unknown });
         let sky = fitted.unwrap_or(SkyGradient::UNKNOWN);
         match image {
@@ -179,22 +181,23 @@ fn take_file(
 const GRID: UVec2 = UVec2::new(24, 16);
 
 fn fit_sky(
+    entity: Entity,
     camera: &ArCamera,
     frame: &CameraFrame,
     place: &GlobalTransform,
-    anchors: &Query<(&MarkerAnchor, &MarkerTracking)>,
+    markers: &Query<SeenMarker>,
 ) -> Option<SkyGradient> {
     let intrinsics = camera.intrinsics_for(frame);
-    let world_from_camera = place.affine();
+    let world_from_camera = world_from_camera(place);
     let parts = (0..GRID.element_product()).map(|i| {
         let cell = (UVec2::new(i % GRID.x, i / GRID.x).as_vec2() + 0.5) / GRID.as_vec2();
         let pixel = cell * frame.pixels.size.as_vec2();
         let dir = world_from_camera.transform_vector3(intrinsics.ray(pixel)).normalize();
         (dir, frame.pixels.linear(pixel.x as i32, pixel.y as i32))
     });
-    let marker = anchors.iter().find_map(|(anchor, tracking)| {
-        let pose = Affine3A::from(tracking.camera_from_marker.filter(|_| tracking.last_seen == Some(frame.sequence))?);
-        let paper = paper_radiance(&frame.pixels, &intrinsics, &pose, anchor.size)?;
+    let marker = markers.iter().find_map(|marker| {
+        let pose = marker.pose_in(entity, frame.sequence)?;
+        let paper = paper_radiance(&frame.pixels, &intrinsics, &pose, marker.size())?;
         let up = world_from_camera.transform_vector3(pose.transform_vector3(Vec3::Y)).normalize();
         Some((up, paper / ClipRecovery::default().paper_reflectance))
     });

@@ -61,6 +61,19 @@ pub enum EnvironmentOrigin {
     Measured,
 }
 
+impl EnvironmentOrigin {
+    /// Sorts origins by how much is known of the light.
+    pub(crate) fn knowledge(self) -> u8 {
+        match self {
+            Self::Unknown => 0,
+            Self::FittedSky => 1,
+            Self::File => 2,
+            Self::Saved => 3,
+            Self::Measured => 4,
+        }
+    }
+}
+
 /// Equirectangular texture of the fallback, on the entity of the [`EnvironmentFallback`] while it is in use.
 #[derive(Component, Clone, Debug)]
 pub(crate) struct FallbackImage {

@@ -12,9 +12,9 @@ use super::{
     solids::{Surroundings, solids_of},
 };
 use crate::{
-    camera::{ArCamera, CameraFrame, FramePixels, PosedFrame},
+    camera::{ArCamera, CameraFrame, FramePixels, Intrinsics, PosedFrame, camera_rank, world_from_camera},
     phantom::StageRole,
-    tracking::{MarkerAnchor, MarkerTracking},
+    tracking::SeenMarker,
 };
 use bevy::{camera::primitives::Aabb, math::Affine3A, prelude::*};
 use std::{sync::Arc, time::Instant};
@@ -35,25 +35,45 @@ type ProbeItem = (
     &'static mut HistoryHint,
 );
 
+type MeasuringCamera = (Entity, &'static Camera, &'static ArCamera, &'static CameraFrame, &'static GlobalTransform);
+
 pub(super) fn measure_probes(
     mut probes: Query<ProbeItem>,
-    cameras: Query<(Entity, &ArCamera, &CameraFrame, &GlobalTransform)>,
-    anchors: Query<(Ref<MarkerAnchor>, Ref<MarkerTracking>)>,
+    cameras: Query<MeasuringCamera>,
+    markers: Query<SeenMarker>,
     phantoms: Query<(&StageRole, &Aabb, &GlobalTransform)>,
 ) {
-    let Some((camera, ar_camera, frame, camera_transform)) = cameras.iter().next() else {
-        return;
-    };
-    let intrinsics = ar_camera.intrinsics_for(frame);
-    let camera_from_world = camera_transform.affine().inverse();
-    let seen_marker = anchors.iter().find_map(|(anchor, tracking)| {
-        let fresh = tracking.last_seen == Some(frame.sequence);
-        tracking.camera_from_marker.filter(|_| fresh).map(|pose| (Affine3A::from(pose), anchor.size))
-    });
-    let marker_changed = anchors.iter().any(|(anchor, tracking)| anchor.is_changed() || tracking.is_changed());
+    let mut sorted: Vec<_> = cameras.iter().collect();
+    // A camera that has not seen a marker yet is anywhere.
+    let is_posed = |camera| markers.iter().any(|marker| marker.is_known_to(camera));
+    sorted.sort_by_key(|(entity, camera, ..)| (!is_posed(*entity), camera_rank(*entity, camera)));
+    let observers: Vec<Observer> = sorted
+        .iter()
+        .map(|(camera, _, ar_camera, frame, place)| Observer {
+            camera: *camera,
+            is_posed: is_posed(*camera),
+            frame,
+            posed: PosedFrame {
+                frame: &frame.pixels,
+                intrinsics: ar_camera.intrinsics_for(frame),
+                camera_from_world: world_from_camera(place).inverse(),
+                exposure: 1.0,
+            },
+            seen_marker: markers
+                .iter()
+                .find_map(|marker| Some((marker.pose_in(*camera, frame.sequence)?, marker.size()))),
+        })
+        .collect();
+    let marker_changed = markers.iter().any(|marker| marker.is_changed());
     let solids = solids_of(phantoms.iter());
     for (probe, clip_recovery, transform, uniform_sky, mut measurement, mut hint) in &mut probes {
         let center = transform.translation();
+        let last_camera = measurement.view.map(|view| view.camera);
+        let Some(observer) = choose_observer(&observers, last_camera, center, probe.radius) else {
+            return;
+        };
+        let Observer { camera, frame, posed, .. } = *observer;
+        let PosedFrame { intrinsics, camera_from_world, .. } = posed;
         let center_camera = camera_from_world.transform_point3(center);
         let surroundings = Surroundings::new(&solids, &camera_from_world, center, probe.radius);
         // While the ball is out of view, its last view is kept. It must not count as the present one when the ball
@@ -77,14 +97,14 @@ pub(super) fn measure_probes(
             continue;
         }
         let started = Instant::now();
-        let posed = PosedFrame { frame: &frame.pixels, intrinsics, camera_from_world, exposure: 1.0 };
-        let observer = Observer { camera, posed, seen_marker };
         let mut measured =
             observer.measure(&probe, &clip_recovery, center_camera, uniform_sky.as_deref(), measurement.gain);
         if let (true, Some(view), Some(ball)) =
             (measured.is_in_view, &measured.view, BallView::new(center_camera, probe.radius))
         {
-            *hint = hint.updated(&posed, frame.captured, &ball, view.edge_angle, &Arc::new(surroundings));
+            // Two cameras may have different exposures: their frames are not compared.
+            let before = if last_camera == Some(camera) { std::mem::take(&mut *hint) } else { HistoryHint::default() };
+            *hint = before.updated(&posed, frame.captured, &ball, view.edge_angle, &Arc::new(surroundings));
             measured.seen_fraction = hint.seen_fraction;
         }
         let measured = ProbeMeasurement {
@@ -101,11 +121,37 @@ pub(super) fn measure_probes(
     }
 }
 
-/// The frame in which balls are measured, and the marker seen in it: its pose in camera space and its size in meters.
+/// A frame in which balls can be measured, and the marker seen in it: its pose in camera space and its size in meters.
 struct Observer<'a> {
     camera: Entity,
+    /// Whether the camera has seen a marker.
+    is_posed: bool,
+    frame: &'a CameraFrame,
     posed: PosedFrame<'a>,
     seen_marker: Option<(Affine3A, f32)>,
+}
+
+/// Chooses the camera that measures a ball: one that has seen a marker and has the ball in view, and of several the
+/// one that has measured it so far, so that the light does not change back and forth between two exposures.
+fn choose_observer<'a>(
+    observers: &'a [Observer<'a>],
+    last_camera: Option<Entity>,
+    center: Vec3,
+    radius: f32,
+) -> Option<&'a Observer<'a>> {
+    let is_in_view = |observer: &Observer| {
+        let PosedFrame { frame, intrinsics, camera_from_world, .. } = observer.posed;
+        BallView::new(camera_from_world.transform_point3(center), radius)
+            .is_some_and(|ball| is_usable(&ball, &ball.outline(&intrinsics), &intrinsics, frame.size))
+    };
+    observers
+        .iter()
+        .min_by_key(|observer| (!is_in_view(observer), !observer.is_posed, Some(observer.camera) != last_camera))
+}
+
+/// Whether enough of a ball is in a frame, and large enough.
+fn is_usable(ball: &BallView, outline: &Ellipse, intrinsics: &Intrinsics, frame_size: UVec2) -> bool {
+    ball.radius_pixels(intrinsics) >= MIN_RADIUS_PIXELS && visible_fraction(outline, frame_size) >= MIN_VISIBLE_FRACTION
 }
 
 impl Observer<'_> {
@@ -124,7 +170,7 @@ impl Observer<'_> {
         };
         measured.outline = ball.outline(&intrinsics);
         let visible = visible_fraction(&measured.outline, frame.size);
-        measured.is_in_view = ball.radius_pixels(&intrinsics) >= MIN_RADIUS_PIXELS && visible >= MIN_VISIBLE_FRACTION;
+        measured.is_in_view = is_usable(&ball, &measured.outline, &intrinsics, frame.size);
         if !measured.is_in_view {
             return measured;
         }

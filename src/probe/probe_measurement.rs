@@ -33,6 +33,19 @@ pub struct ProbeMeasurement {
     pub(crate) view: Option<ProbeView>,
 }
 
+impl ProbeMeasurement {
+    /// Entity of the [`ArCamera`](crate::camera::ArCamera) in whose frames the ball was last in view. With several
+    /// cameras a ball is measured by the first that has seen a marker and the ball, as long as the ball stays in view.
+    pub fn camera(&self) -> Option<Entity> {
+        self.view.map(|view| view.camera)
+    }
+
+    /// Whether the ball is in view in this frame of this camera.
+    pub(crate) fn is_of(&self, camera: Entity, sequence: u64) -> bool {
+        self.is_in_view && self.sequence == sequence && self.camera() == Some(camera)
+    }
+}
+
 /// View of one ball, as input of the unwrap pass. It is compared to detect whether the pass has to run again.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ProbeView {

@@ -83,7 +83,7 @@ impl DomeTextures {
 }
 
 /// Bytes of `Dome` in `dome.wgsl` before its views.
-pub(super) const VIEWS_HEADER_BYTES: usize = 4 * 16 + 64;
+pub(super) const VIEWS_HEADER_BYTES: usize = 4 * 16 + 64 + 16;
 /// Bytes of `DomeView` in `dome.wgsl`.
 pub(super) const VIEW_BYTES: usize = 48;
 /// Bytes of `DomeWeight` in `dome.wgsl`.

@@ -135,9 +135,10 @@ impl LightsFile {
 
     /// Returns the directions of a dome with these lights, and its views in world space.
     pub(super) fn views(&self, coverage: DomeCoverage, world_from_dome: &GlobalTransform) -> FileViews {
-        let (_, rotation, _) = world_from_dome.to_scale_rotation_translation();
+        // The file is in meters, whatever the scale of the dome's parents.
+        let world_from_dome = world_from_dome.to_isometry();
         let views: Arc<[LightView]> = self.lights.iter().map(|light| light.view(world_from_dome)).collect();
-        let directions = views.iter().map(|view| rotation.inverse() * view.direction).collect();
+        let directions = views.iter().map(|view| world_from_dome.rotation.inverse() * view.direction).collect();
         FileViews { directions: Directions::given(coverage, directions), views }
     }
 }
@@ -174,14 +175,14 @@ impl FileLight {
         Ok(())
     }
 
-    fn view(&self, world_from_dome: &GlobalTransform) -> LightView {
-        let position = world_from_dome.transform_point(self.position);
-        let direction = (position - world_from_dome.transform_point(self.look_at)).normalize_or(Vec3::Y);
+    fn view(&self, world_from_dome: Isometry3d) -> LightView {
+        let position = world_from_dome * self.position;
+        let direction = (position - world_from_dome * self.look_at).normalize_or(Vec3::Y);
         let perspective = (self.kind == FileLightKind::Spot).then(|| {
             let half_height = (0.5 * self.field_of_view.to_radians()).tan();
             PerspectiveView {
                 position,
-                up: *world_from_dome.up(),
+                up: world_from_dome.rotation * Vec3::Y,
                 half_size: Vec2::new(half_height * self.aspect, half_height),
                 near: self.near,
                 far: self.far,
@@ -279,11 +280,14 @@ mod tests {
     fn lights_turn_and_move_with_the_dome() {
         let file = LightsFile::parse(&format!("(lights: [{LAMP}])")).expect("valid");
         let dome = Transform::from_xyz(1.0, 0.0, 0.0).with_rotation(Quat::from_rotation_z(-0.5 * std::f32::consts::PI));
-        let found = file.views(DomeCoverage::Sphere, &dome.into());
-        let perspective = found.views[0].perspective.expect("a spot");
-        assert!(found.views[0].direction.distance(Vec3::X) < 1e-6);
-        assert!(perspective.position.distance(Vec3::new(2.0, 0.0, 0.0)) < 1e-6);
-        assert!(found.directions.shadowed[0].distance(Vec3::Y) < 1e-6);
-        assert_eq!(found.directions.below.len(), 0);
+        for scale in [1.0, 0.01, 2.0] {
+            let found = file.views(DomeCoverage::Sphere, &dome.with_scale(Vec3::splat(scale)).into());
+            let perspective = found.views[0].perspective.expect("a spot");
+            assert!(found.views[0].direction.distance(Vec3::X) < 1e-6);
+            assert!(perspective.position.distance(Vec3::new(2.0, 0.0, 0.0)) < 1e-6, "a lamp hangs at one meter");
+            assert!(perspective.up.distance(Vec3::X) < 1e-6);
+            assert!(found.directions.shadowed[0].distance(Vec3::Y) < 1e-6);
+            assert_eq!(found.directions.below.len(), 0);
+        }
     }
 }

@@ -52,11 +52,22 @@ pub(super) fn choose_visibility_camera(
     mut buffers: ResMut<Assets<ShaderBuffer>>,
     domes: Query<&ShadowDomeLight>,
     cameras: Query<CameraData, With<Camera3d>>,
+    mut announced: Local<Option<(Entity, usize)>>,
 ) {
     let samples = domes.iter().next().map_or(VisibilitySamples::Fragment, |dome| dome.samples);
     let pixels = samples.pixels();
     let active = cameras.iter().filter(|item| item.camera.is_active && pixels > 0);
     let chosen = active.min_by_key(|item| (!item.is_ar, item.camera.order, item.entity));
+    if let Some(chosen) = &chosen {
+        let others = cameras.iter().filter(|item| item.is_ar && item.camera.is_active).count().saturating_sub(1);
+        if others > 0 && announced.replace((chosen.entity, others)) != Some((chosen.entity, others)) {
+            info!(
+                "ShadowDomeLight: camera {} has the visibility pass, because of its Camera::order; other AR cameras \
+                 ({others}) sum the same shadows in every fragment, which takes longer",
+                chosen.entity
+            );
+        }
+    }
     for item in &cameras {
         if let (Some(visibility), true) =
             (item.visibility, chosen.as_ref().is_none_or(|chosen| chosen.entity != item.entity))

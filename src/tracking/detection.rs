@@ -47,7 +47,7 @@ impl MarkerDetection {
         let is_seen = markers.iter().any(|marker| wanted.contains(&marker.id));
         let mirrored = match () {
             () if wanted.is_empty() || is_seen => Vec::new(),
-            () if frame.sequence.saturating_sub(1) % MIRROR_INTERVAL == 0 => {
+            () if frame.sequence.saturating_sub(1).is_multiple_of(MIRROR_INTERVAL) => {
                 detect_mirrored(&mut *detector, &frame.pixels, wanted)
             }
             () => last_mirrored.to_vec(),

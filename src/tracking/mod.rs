@@ -16,7 +16,13 @@
 //!
 //! # What moves
 //! With [`WorldOrigin`] on one anchor, that anchor stays where the game put it and the camera moves. Without it the
-//! camera stays and the anchors move.
+//! camera stays and the anchors move. Distances are meters in the world, whatever the scale of the parents of cameras
+//! and anchors.
+//!
+//! # Several cameras
+//! Each [`ArCamera`](crate::camera::ArCamera) is posed by the markers in its own frames; [`MarkerViews`] has the poses
+//! in all of them, [`MarkerTracking`] that of the first camera that tracks the marker (active cameras first, then by
+//! `Camera::order`, then by entity). The same camera places an anchor without [`WorldOrigin`].
 //!
 //! # Lost markers
 //! A lost marker is a state, not an error: [`MarkerTracking::state`] changes, everything keeps its last pose, and
@@ -38,6 +44,8 @@ mod apriltag;
 mod detect_markers;
 mod detection;
 mod detector;
+mod marker_views;
+mod placement;
 mod pose;
 #[cfg(feature = "apriltag")]
 mod print;
@@ -49,6 +57,10 @@ pub use apriltag::AprilTagDetector;
 pub use detect_markers::detect_markers;
 pub use detection::MarkerDetection;
 pub use detector::{DetectedMarker, LumaView, MarkerDetector};
+pub use marker_views::MarkerViews;
+
+pub(crate) use marker_views::SeenMarker;
+
 /// Old name of [`detect_markers`](fn@detect_markers).
 #[deprecated(since = "0.1.0", note = "use `detect_markers`")]
 #[doc(hidden)]
@@ -104,7 +116,7 @@ pub enum TrackingError {
 /// ```
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility, MarkerTracking, same_number::SameNumber)]
+#[require(Transform, Visibility, MarkerTracking, MarkerViews, same_number::FollowedSheets)]
 pub struct MarkerAnchor {
     /// Number of the marker in its family (tag36h11: 0…586).
     pub id: u32,
@@ -156,7 +168,8 @@ pub enum MarkerState {
     Lost,
 }
 
-/// State and pose of a marker; on the entity of its [`MarkerAnchor`].
+/// State and pose of a marker; on the entity of its [`MarkerAnchor`]. With several cameras, those of the first one that
+/// tracks the marker; [`MarkerViews`] has the others.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct MarkerTracking {
@@ -173,6 +186,9 @@ pub struct MarkerTracking {
     /// Number of markers in the newest frame that bear the anchor's number. If there are several, the pose is that of
     /// the one that was followed before, and of the largest at first.
     pub copies: u32,
+    /// Camera whose frames show the marker so. `None` before the first frame, and for a game that tracks by itself:
+    /// then it counts for every camera.
+    pub camera: Option<Entity>,
 }
 
 /// All markers in the newest frame of a camera; on the entity of the camera.
@@ -200,6 +216,7 @@ impl Plugin for TrackingPlugin {
         app.register_type::<MarkerAnchor>()
             .register_type::<WorldOrigin>()
             .register_type::<MarkerTracking>()
+            .register_type::<MarkerViews>()
             .register_type::<DetectedMarkers>()
             .init_resource::<FramesAwaitTracking>()
             .add_systems(

@@ -4,22 +4,38 @@
 //! others, whichever lies nearer to where it was. When the followed one is not detected, the others do not take its
 //! place until it has been missing for a while.
 
-use super::DetectedMarker;
-use bevy::{math::DVec2, prelude::*};
+use super::{DetectedMarker, MarkerAnchor};
+use bevy::{ecs::entity::EntityHashMap, math::DVec2, prelude::*};
 
 /// Number of frames without the followed sheet, after which another one of its number is followed; and for which
 /// another one is remembered after it was last seen.
 const MAX_MISSED_FRAMES: u32 = 30;
 
-/// Positions of the sheets that bear the number of an anchor.
+/// The sheets of an anchor in the frames of each camera; on the entity of the anchor.
 #[derive(Component, Clone, Debug, Default)]
-pub(crate) struct SameNumber {
+pub(crate) struct FollowedSheets(EntityHashMap<SameNumber>);
+
+impl FollowedSheets {
+    /// Sheets in the frames of a camera.
+    pub(super) fn of(&mut self, camera: Entity) -> &mut SameNumber {
+        self.0.entry(camera).or_default()
+    }
+
+    /// Forgets the sheets that other cameras saw.
+    pub(super) fn retain(&mut self, is_kept: impl Fn(Entity) -> bool) {
+        self.0.retain(|camera, _| is_kept(*camera));
+    }
+}
+
+/// Positions of the sheets that bear the number of an anchor, in the frames of one camera.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SameNumber {
     followed: Option<DVec2>,
     /// Frames since the followed sheet was seen.
     missed: u32,
     others: Vec<Other>,
     /// Whether the user was told.
-    pub(super) is_reported: bool,
+    is_reported: bool,
 }
 
 /// A sheet that is not followed.
@@ -46,6 +62,18 @@ impl SameNumber {
         };
         self.remember(&centers, chosen);
         chosen.map(|chosen| seen[chosen])
+    }
+
+    /// Tells the user once if several sheets bear the number of an anchor.
+    pub(super) fn report_copies(&mut self, entity: Entity, anchor: &MarkerAnchor, camera: Entity, copies: u32) {
+        if copies > 1 && !self.is_reported {
+            self.is_reported = true;
+            warn!(
+                "MarkerAnchor of {entity}: {copies} sheets with the number {} are in a frame of camera {camera}; the one \
+                 that was seen first is followed. Cover the others or print them with other numbers",
+                anchor.id
+            );
+        }
     }
 
     /// Index of the marker that is nearest to where the followed one was, compared with where the others were.

@@ -1,10 +1,12 @@
 //! Systems that move the camera and the anchors to the detected markers.
 
 use super::{
-    DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking, PoseCandidates, WorldOrigin, same_number::SameNumber,
+    DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking, MarkerViews, PoseCandidates, WorldOrigin,
+    placement::Placement,
+    same_number::{FollowedSheets, SameNumber},
 };
-use crate::camera::{ArCamera, CameraFrame};
-use bevy::prelude::*;
+use crate::camera::{ArCamera, CameraFrame, Intrinsics, camera_rank};
+use bevy::{ecs::entity::EntityHashMap, prelude::*};
 
 pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<MarkerAnchor>>) {
     for (entity, anchor) in &anchors {
@@ -14,96 +16,133 @@ pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<Mark
     }
 }
 
-type TrackedAnchor = (Entity, Ref<'static, MarkerAnchor>, &'static mut MarkerTracking, &'static mut SameNumber);
+type TrackedCamera = (Entity, &'static Camera, &'static ArCamera, &'static CameraFrame, Ref<'static, DetectedMarkers>);
+type TrackedAnchor = (
+    Entity,
+    Ref<'static, MarkerAnchor>,
+    &'static mut MarkerTracking,
+    &'static mut MarkerViews,
+    &'static mut FollowedSheets,
+);
 
-pub(super) fn estimate_poses(
-    cameras: Query<(&ArCamera, &CameraFrame, Ref<DetectedMarkers>)>,
-    mut anchors: Query<TrackedAnchor>,
-) {
-    // Only the first AR camera is tracked.
-    let Some((ar_camera, frame, detected)) = cameras.iter().next() else {
-        return;
-    };
-    if ar_camera.intrinsics.is_none() && frame.intrinsics.is_none() && !anchors.is_empty() {
+/// Estimates the pose of each marker in the newest frame of each camera.
+pub(super) fn estimate_poses(cameras: Query<TrackedCamera>, mut anchors: Query<TrackedAnchor>) {
+    let mut sorted: Vec<_> = cameras.iter().collect();
+    sorted.sort_by_key(|(entity, camera, ..)| camera_rank(*entity, camera));
+    let is_assumed =
+        |ar_camera: &ArCamera, frame: &CameraFrame| ar_camera.intrinsics.is_none() && frame.intrinsics.is_none();
+    if !anchors.is_empty() && sorted.iter().any(|(_, _, ar_camera, frame, _)| is_assumed(ar_camera, frame)) {
         warn_once!("ArCamera has no intrinsics: poses are measured with an assumed field of view of 60°");
     }
-    let intrinsics = ar_camera.intrinsics_for(frame);
-    for (entity, anchor, mut tracking, mut same_number) in &mut anchors {
-        if !(detected.is_changed() || anchor.is_changed()) || anchor.check().is_err() {
+    for (entity, anchor, mut tracking, mut views, mut sheets) in &mut anchors {
+        let mut is_new = false;
+        if views.iter().any(|(camera, _)| !cameras.contains(camera)) {
+            views.retain(|camera| cameras.contains(camera));
+            sheets.retain(|camera| cameras.contains(camera));
+            is_new = true;
+        }
+        if anchor.check().is_err() {
             continue;
         }
-        let seen: Vec<_> = detected.markers.iter().filter(|marker| marker.id == anchor.id).collect();
-        tracking.copies = seen.len() as u32;
-        if seen.len() > 1 && !same_number.is_reported {
-            same_number.is_reported = true;
-            warn!(
-                "MarkerAnchor of {entity}: {} sheets with the number {} are in the frame; the one that was seen first is \
-                 followed. Cover the others or print them with other numbers",
-                seen.len(),
-                anchor.id
-            );
-        }
-        let candidates = same_number
-            .choose(&seen)
-            .and_then(|marker| PoseCandidates::from_corners(&marker.corners, &intrinsics, anchor.size.into()));
-        tracking.candidates = candidates;
-        match candidates {
-            Some(candidates) => {
-                let pose = candidates.choose(tracking.camera_from_marker.as_ref());
-                tracking.state = MarkerState::Tracked;
-                tracking.camera_from_marker = Some(pose.camera_from_marker);
-                tracking.reprojection_error = pose.reprojection_error;
-                tracking.last_seen = Some(detected.sequence);
+        for (camera, _, ar_camera, frame, detected) in &sorted {
+            if detected.is_changed() || anchor.is_changed() {
+                let intrinsics = ar_camera.intrinsics_for(frame);
+                let sheet = sheets.of(*camera);
+                views.of(*camera).update(&anchor, detected, sheet, &intrinsics);
+                sheet.report_copies(entity, &anchor, *camera, views.of(*camera).copies);
+                is_new = true;
             }
-            None if tracking.camera_from_marker.is_some() => tracking.state = MarkerState::Lost,
-            None => tracking.state = MarkerState::Searching,
+        }
+        let best = is_new.then(|| {
+            let seen = sorted.iter().filter_map(|(camera, ..)| views.get(*camera));
+            seen.min_by_key(|view| (view.state.preference(), view.camera != tracking.camera))
+        });
+        if let Some(best) = best.flatten() {
+            *tracking = best.clone();
         }
     }
 }
 
-type PosedAnchor = (Entity, &'static MarkerTracking, Has<WorldOrigin>);
+impl MarkerState {
+    /// Sorts the views of a marker: the smaller, the better.
+    fn preference(self) -> u8 {
+        match self {
+            Self::Tracked => 0,
+            Self::Lost => 1,
+            Self::Searching => 2,
+        }
+    }
+}
 
+impl MarkerTracking {
+    /// Follows the sheet of an anchor among the markers that were detected in a frame.
+    fn update(
+        &mut self,
+        anchor: &MarkerAnchor,
+        detected: &DetectedMarkers,
+        sheet: &mut SameNumber,
+        intrinsics: &Intrinsics,
+    ) {
+        let seen: Vec<_> = detected.markers.iter().filter(|marker| marker.id == anchor.id).collect();
+        self.copies = seen.len() as u32;
+        let candidates = sheet
+            .choose(&seen)
+            .and_then(|marker| PoseCandidates::from_corners(&marker.corners, intrinsics, anchor.size.into()));
+        self.candidates = candidates;
+        match candidates {
+            Some(candidates) => {
+                let pose = candidates.choose(self.camera_from_marker.as_ref());
+                self.state = MarkerState::Tracked;
+                self.camera_from_marker = Some(pose.camera_from_marker);
+                self.reprojection_error = pose.reprojection_error;
+                self.last_seen = Some(detected.sequence);
+            }
+            None if self.camera_from_marker.is_some() => self.state = MarkerState::Lost,
+            None => self.state = MarkerState::Searching,
+        }
+    }
+}
+
+type PosedAnchor = (Entity, &'static MarkerViews, Has<WorldOrigin>);
+
+/// Moves each camera to where its frames show the origin of the world, and the other anchors to where the cameras see
+/// them.
 pub(super) fn apply_poses(
     mut commands: Commands,
-    cameras: Query<Entity, (With<ArCamera>, With<DetectedMarkers>)>,
+    cameras: Query<(Entity, &Camera), (With<ArCamera>, With<DetectedMarkers>)>,
     anchors: Query<PosedAnchor, With<MarkerAnchor>>,
-    parents: Query<&ChildOf>,
-    transforms: Query<&Transform>,
-    global: TransformHelper,
+    placement: Placement,
 ) {
-    let Some(camera) = cameras.iter().next() else {
-        return;
-    };
-    let world_from = |entity: Entity| global.compute_global_transform(entity).ok().map(|t| t.to_isometry());
-    let mut place = |entity: Entity, world_from_entity: Isometry3d| {
-        let world_from_parent = parents.get(entity).ok().and_then(|parent| world_from(parent.parent()));
-        let local = world_from_parent.unwrap_or_default().inverse() * world_from_entity;
-        if let Ok(transform) = transforms.get(entity) {
-            let placed = Transform { scale: transform.scale, ..Transform::from_isometry(local) };
-            if *transform != placed {
-                commands.entity(entity).insert(placed);
-            }
-        }
-    };
+    let mut sorted: Vec<_> = cameras.iter().collect();
+    sorted.sort_by_key(|(entity, camera)| camera_rank(*entity, camera));
     let mut origins: Vec<_> = anchors.iter().filter(|(.., is_origin)| *is_origin).collect();
     origins.sort_by_key(|(entity, ..)| *entity);
     if origins.len() > 1 {
         warn_once!("{} anchors have WorldOrigin; only {} is the origin of the world", origins.len(), origins[0].0);
     }
-    let mut world_from_camera = world_from(camera);
-    if let Some((origin, tracking, _)) = origins.first()
-        && let (Some(pose), Some(world_from_anchor)) = (tracking.camera_from_marker, world_from(*origin))
+    let mut moved = EntityHashMap::default();
+    if let Some((origin, views, _)) = origins.first()
+        && let Some(world_from_origin) = placement.world_from(*origin)
     {
-        let moved = world_from_anchor * pose.inverse();
-        place(camera, moved);
-        world_from_camera = Some(moved);
+        for (camera, _) in &sorted {
+            if let Some(pose) = views.get(*camera).and_then(|view| view.camera_from_marker) {
+                let world_from_camera = world_from_origin * pose.inverse();
+                placement.place(&mut commands, *camera, world_from_camera);
+                moved.insert(*camera, world_from_camera);
+            }
+        }
+        // Anchors are placed by cameras whose pose is known, if there are any.
+        sorted.sort_by_key(|(camera, _)| !moved.contains_key(camera));
     }
     let origin = origins.first().map(|(entity, ..)| *entity);
-    for (anchor, tracking, _) in anchors.iter().filter(|(entity, ..)| Some(*entity) != origin) {
-        if let (MarkerState::Tracked, Some(pose), Some(camera)) =
-            (tracking.state, tracking.camera_from_marker, world_from_camera)
-        {
-            place(anchor, camera * pose);
+    for (anchor, views, _) in anchors.iter().filter(|(entity, ..)| Some(*entity) != origin) {
+        let seen = sorted.iter().find_map(|(camera, _)| {
+            let view = views.get(*camera).filter(|view| view.state == MarkerState::Tracked)?;
+            Some((*camera, view.camera_from_marker?))
+        });
+        let Some((camera, pose)) = seen else { continue };
+        if let Some(world_from_camera) = moved.get(&camera).copied().or_else(|| placement.world_from(camera)) {
+            placement.place(&mut commands, anchor, world_from_camera * pose);
         }
     }
 }

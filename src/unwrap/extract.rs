@@ -5,7 +5,7 @@ use crate::{
     camera::{CameraFrame, FrameTexture},
     environment_map::EnvironmentCube,
     lighting::ClipGains,
-    probe::{FallbackImage, HistoryHint, LensView, ProbeMeasurement},
+    probe::{EnvironmentOrigin, FallbackImage, HistoryHint, LensView, ProbeMeasurement},
 };
 use bevy::{prelude::*, render::Extract};
 use std::time::Duration;
@@ -40,13 +40,16 @@ pub(super) fn extract_sources(
     mut extracted: ResMut<ExtractedSources>,
     probes: Extract<Query<SeenBall>>,
     lenses: Extract<Query<SeenFrame>>,
-    fallbacks: Extract<Query<(Entity, &FallbackImage, &EnvironmentCube)>>,
+    fallbacks: Extract<Query<(Entity, &FallbackImage, &EnvironmentOrigin, &EnvironmentCube)>>,
     cameras: Extract<Query<&FrameTexture>>,
 ) {
     extracted.sources.clear();
     extracted.measured_fraction = 1.0;
     let mut shared_cube = None;
-    for (entity, fallback, cube) in &fallbacks {
+    // All cameras share the cube: of several fallbacks the one that knows most counts.
+    let fallback =
+        fallbacks.iter().max_by_key(|(entity, _, origin, _)| (origin.knowledge(), std::cmp::Reverse(*entity)));
+    if let Some((entity, fallback, _, cube)) = fallback {
         shared_cube = Some(cube.0.id());
         extracted.measured_fraction = fallback.measured_fraction;
         if fallback.measured_fraction < 1.0 {

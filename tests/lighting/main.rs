@@ -15,6 +15,7 @@ mod probe_sources;
 mod shared_data;
 #[path = "../support/sky_cube.rs"]
 mod sky_cube;
+mod several_cameras;
 mod solved;
 mod sphere;
 mod traced_desk;

@@ -12,6 +12,7 @@ mod lamps;
 #[path = "../support/radiance_cube.rs"]
 mod radiance_cube;
 mod ray_truth;
+mod several_cameras;
 #[path = "../support/shared_data.rs"]
 mod shared_data;
 mod simple_scenes;

@@ -1,131 +1,12 @@
-//! The camera or the anchors move to where the markers are seen. Needs neither a GPU nor the AprilTag library: the
-//! detector of these tests says what it is told.
+//! The camera or the anchors move to where the markers are seen.
 
-use crate::lens::LENS;
-use bevy::{math::DVec2, prelude::*};
+use crate::scripted_desk::{Desk, HARD_TO_READ, SIZE, assert_same, first_view, second_view, seen};
+use bevy::prelude::*;
 use bevy_mirrorball::{
-    camera::FramePixels,
     prelude::*,
-    tracking::{
-        DetectedMarker, DetectedMarkers, LumaView, MarkerDetection, MarkerDetector, MarkerState, MarkerTracking,
-        TrackingPlugin,
-    },
+    tracking::{DetectedMarker, DetectedMarkers, MarkerState, MarkerTracking},
 };
-use std::{
-    f32::consts::PI,
-    sync::{Arc, Mutex},
-    time::Duration,
-};
-
-/// Side of the markers in meters.
-const SIZE: f32 = 0.1;
-/// Rotations pass through a handful of products in single precision.
-const RADIANS: f32 = 1e-5;
-/// The same for positions a few meters from the world's origin.
-const METERS: f32 = 1e-5;
-
-/// Markers that say so are found at full resolution only.
-const HARD_TO_READ: u32 = 2;
-
-type Script = Arc<Mutex<Vec<DetectedMarker>>>;
-
-struct Scripted(Script);
-
-impl MarkerDetector for Scripted {
-    fn detect(&mut self, picture: LumaView, decimation: f32) -> Vec<DetectedMarker> {
-        // The window around a marker is searched again; corners found there count from the window's corner.
-        if picture.size() != LENS.size {
-            return Vec::new();
-        }
-        let mut markers = self.0.lock().expect("no test panicked").clone();
-        markers.retain(|marker| decimation <= 1.0 || marker.corrected_bits != HARD_TO_READ);
-        markers
-    }
-}
-
-/// How a marker of [`SIZE`] looks from a camera.
-fn seen(id: u32, camera_from_marker: Isometry3d) -> DetectedMarker {
-    let h = 0.5 * SIZE;
-    let (focal, center) = (LENS.focal.as_dvec2(), LENS.center.as_dvec2());
-    let corners = [(-h, -h), (h, -h), (h, h), (-h, h)].map(|(x, z)| {
-        let p = Vec3::from(camera_from_marker.transform_point(Vec3::new(x, 0.0, z))).as_dvec3();
-        center + focal * DVec2::new(p.x, -p.y) / -p.z
-    });
-    DetectedMarker { id, corners, corrected_bits: 0 }
-}
-
-/// Pose of the marker for a camera at a point of the marker frame that looks at the marker.
-fn view_from(eye: Vec3) -> Isometry3d {
-    Transform::from_translation(eye).looking_at(Vec3::new(0.01, 0.0, 0.02), Vec3::Y).to_isometry().inverse()
-}
-
-fn first_view() -> Isometry3d {
-    view_from(Vec3::new(0.1, 0.4, 0.3))
-}
-
-fn second_view() -> Isometry3d {
-    view_from(Vec3::new(-0.3, 0.35, 0.2))
-}
-
-/// An app with tracking and one camera.
-struct Desk {
-    app: App,
-    camera: Entity,
-    script: Script,
-    sequence: u64,
-}
-
-impl Desk {
-    fn new() -> Self {
-        let (mut app, script) = (App::new(), Script::default());
-        app.add_plugins((MinimalPlugins, TransformPlugin))
-            .insert_resource(MarkerDetection::new(Scripted(script.clone())))
-            .add_plugins(TrackingPlugin);
-        let start = Transform::from_xyz(3.0, 2.0, 1.0).with_rotation(Quat::from_euler(EulerRot::YXZ, 0.5, -0.4, 0.3));
-        let camera = app.world_mut().spawn((ArCamera::new(LENS), start)).id();
-        Self { app, camera, script, sequence: 0 }
-    }
-
-    fn spawn(&mut self, bundle: impl Bundle) -> Entity {
-        self.app.world_mut().spawn(bundle).id()
-    }
-
-    /// A new picture arrives, with these markers in it.
-    fn show(&mut self, markers: &[DetectedMarker]) {
-        *self.script.lock().expect("no test panicked") = markers.to_vec();
-        self.sequence += 1;
-        let pixels = FramePixels::new(LENS.size, vec![128; 4 * LENS.size.element_product() as usize]).expect("fits");
-        let captured = Duration::from_millis(40 * self.sequence);
-        let frame = CameraFrame::new(pixels, self.sequence, captured);
-        self.app.world_mut().entity_mut(self.camera).insert(frame);
-        self.app.update();
-    }
-
-    fn get<C: Component + Clone>(&self, entity: Entity) -> C {
-        self.app.world().get::<C>(entity).expect("the component").clone()
-    }
-
-    fn world_from(&self, entity: Entity) -> Isometry3d {
-        self.get::<GlobalTransform>(entity).to_isometry()
-    }
-
-    /// Where the scene has the marker, seen from the camera.
-    fn assert_camera_from(&self, anchor: Entity, expected: Isometry3d) {
-        assert_same(self.world_from(self.camera).inverse() * self.world_from(anchor), expected);
-    }
-
-    fn tracking(&self, anchor: Entity) -> MarkerTracking {
-        self.get(anchor)
-    }
-}
-
-fn assert_same(found: Isometry3d, expected: Isometry3d) {
-    // `angle_between` takes the arc cosine, which cannot tell angles below 0.001 rad from none.
-    let turn = 2.0 * (found.rotation * expected.rotation.inverse()).xyz().length();
-    let shift = found.translation.distance(expected.translation);
-    println!("off by {turn} rad and {shift} m");
-    assert!(turn < RADIANS && shift < METERS, "{found:?} instead of {expected:?}: {turn} rad, {shift} m");
-}
+use std::f32::consts::PI;
 
 #[test]
 fn with_a_world_origin_the_camera_moves_and_the_anchor_stays() {
@@ -288,4 +169,54 @@ fn of_two_sheets_with_one_number_the_first_is_followed() {
     desk.show(&[seen(0, other(10))]);
     assert_eq!(desk.tracking(anchor).state, MarkerState::Lost, "the other does not take its place");
     assert_same(desk.world_from(desk.camera), first_view().inverse());
+}
+
+/// Scales of whole scenes: centimeters, twice as large, and what only artists do.
+const SCALES: [Vec3; 3] = [Vec3::splat(0.01), Vec3::splat(2.0), Vec3::new(0.5, 0.25, 2.0)];
+
+fn scaled(scale: Vec3) -> Transform {
+    Transform::from_xyz(-4.0, 0.5, 0.2).with_rotation(Quat::from_rotation_y(1.2)).with_scale(scale)
+}
+
+#[test]
+fn an_anchor_below_a_scaled_parent_is_placed_at_the_tracked_distance() {
+    for scale in SCALES {
+        let mut desk = Desk::new();
+        let table = desk.spawn(scaled(scale));
+        let anchor = desk.spawn((MarkerAnchor::new(0, SIZE), ChildOf(table)));
+        desk.show(&[seen(0, first_view())]);
+        let found = desk.world_from(anchor).translation;
+        let expected = (desk.world_from(desk.camera) * first_view()).translation;
+        assert!(found.distance(expected) < 1e-5, "scale {scale}: {found} instead of {expected}");
+        if scale.x == scale.y {
+            desk.assert_camera_from(anchor, first_view());
+        }
+    }
+}
+
+#[test]
+fn a_camera_below_a_scaled_parent_is_placed_at_the_tracked_distance() {
+    for scale in SCALES {
+        let mut desk = Desk::new();
+        let rig = desk.spawn(scaled(scale));
+        desk.app.world_mut().entity_mut(rig).add_child(desk.camera);
+        desk.spawn((MarkerAnchor::new(0, SIZE), WorldOrigin));
+        desk.show(&[seen(0, first_view())]);
+        let (found, expected) = (desk.world_from(desk.camera).translation, first_view().inverse().translation);
+        assert!(found.distance(expected) < 1e-5, "scale {scale}: {found} instead of {expected}");
+    }
+}
+
+#[test]
+fn a_scene_in_centimeters_with_a_world_origin_needs_no_correction() {
+    let mut desk = Desk::new();
+    let scene = desk.spawn(Transform::from_scale(Vec3::splat(0.01)));
+    let origin = desk.spawn((MarkerAnchor::new(0, SIZE), WorldOrigin, Transform::from_xyz(30.0, 0.0, 10.0)));
+    let cube = desk.spawn(MarkerAnchor::new(7, SIZE));
+    desk.app.world_mut().entity_mut(scene).add_children(&[origin, cube]);
+    let origin_from_cube = Isometry3d::new(Vec3::new(0.08, 0.05, -0.1), Quat::from_rotation_y(0.8));
+    desk.show(&[seen(0, first_view()), seen(7, first_view() * origin_from_cube)]);
+    let world_from_origin = Isometry3d::from_xyz(0.3, 0.0, 0.1);
+    assert_same(desk.world_from(desk.camera), world_from_origin * first_view().inverse());
+    assert_same(desk.world_from(cube), world_from_origin * origin_from_cube);
 }

@@ -17,6 +17,8 @@ mod pose_truth;
 mod print;
 #[cfg(feature = "apriltag")]
 mod rendered_tags;
+mod scripted_desk;
+mod several_cameras;
 #[cfg(feature = "apriltag")]
 #[path = "../support/shared_data.rs"]
 mod shared_data;

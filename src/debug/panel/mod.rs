@@ -5,7 +5,7 @@ mod switches;
 
 use super::{Checklist, MapView, MapViewPlugin, ShownMap};
 use crate::{
-    camera::{ArCamera, FrameTexture},
+    camera::{ArCamera, FrameTexture, camera_rank},
     prefilter::FilteredEnvironment,
 };
 use bevy::{diagnostic::DiagnosticsStore, ecs::entity_disabling::Disabled, prelude::*, render::renderer::RenderDevice};
@@ -83,13 +83,14 @@ fn draw_panel(
     diagnostics: Res<DiagnosticsStore>,
     mut map: Single<&mut MapView, With<PanelMap>>,
     filtered: Query<&FilteredEnvironment>,
-    cameras: Query<&FrameTexture, With<ArCamera>>,
+    cameras: Query<(Entity, &Camera, &FrameTexture), With<ArCamera>>,
     mut styles: Query<StyledEntity>,
     device: Option<Res<RenderDevice>>,
 ) {
     let map_image = contexts.add_image(EguiTextureHandle::Weak(map.image.id()));
     let roughest = filtered.iter().map(|maps| maps.roughest_level()).max().unwrap_or(0);
-    let camera_frame = cameras.iter().next().map(|frame| (frame.size(), frame.image.id()));
+    let first = cameras.iter().min_by_key(|(entity, camera, _)| camera_rank(*entity, camera));
+    let camera_frame = first.map(|(.., frame)| (frame.size(), frame.image.id()));
     let camera_frame = camera_frame.map(|(size, id)| (size, contexts.add_image(EguiTextureHandle::Weak(id))));
     let ctx = match contexts.ctx_mut() {
         Ok(ctx) => ctx,

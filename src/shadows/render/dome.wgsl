@@ -60,6 +60,8 @@ struct Dome {
     visibility_size: vec2u,
     /// Matrix of that camera, without jitter.
     visibility_clip_from_world: mat4x4f,
+    /// Viewport of that camera, in pixels: left, top, width, height.
+    visibility_viewport: vec4f,
     views: array<DomeView>,
 }
 

@@ -45,6 +45,7 @@ struct DomeHeader {
     first_key: u32,
     visibility_size: UVec2,
     visibility_clip_from_world: Mat4,
+    visibility_viewport: Vec4,
 }
 
 impl DomeHeader {
@@ -70,6 +71,7 @@ impl DomeHeader {
             visibility_size: textures.visibility_size,
             visibility_clip_from_world: camera
                 .map_or(Mat4::ZERO, |view| view.clip_from_view * view.world_from_view.to_matrix().inverse()),
+            visibility_viewport: camera.map_or(Vec4::ZERO, |view| view.viewport.as_vec4()),
         }
     }
 }

@@ -80,8 +80,9 @@ fn has_visibility_samples() -> bool {
         + abs(dome.visibility_clip_from_world[1] - view.unjittered_clip_from_world[1])
         + abs(dome.visibility_clip_from_world[2] - view.unjittered_clip_from_world[2])
         + abs(dome.visibility_clip_from_world[3] - view.unjittered_clip_from_world[3]);
+    let is_same_viewport = all(dome.visibility_viewport == view.viewport);
     let is_whole = arrayLength(&visibility_samples) == dome.visibility_size.x * dome.visibility_size.y;
-    return dome.sample_pixels > 0u && is_whole && dot(difference, vec4f(1.0)) < 1e-4;
+    return dome.sample_pixels > 0u && is_whole && is_same_viewport && dot(difference, vec4f(1.0)) < 1e-4;
 }
 #endif
 #endif

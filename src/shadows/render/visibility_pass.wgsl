@@ -118,7 +118,9 @@ struct Gathered {
 /// Sums over 3 × 3 samples with the weights 1 2 1, 2 4 2, 1 2 1, so that each position in a square has the same total
 /// weight.
 fn gather_sums(sample: vec2u, here: Surface) -> Gathered {
-    let last = vec2i(textureDimensions(partial_sums)) - 1;
+    let pixels = f32(dome.sample_pixels);
+    let first = vec2i(ceil(view.viewport.xy / pixels));
+    let last = max(vec2i(floor((view.viewport.xy + view.viewport.zw - 1.0) / pixels)), first);
     var sums = array<vec4f, 2>();
     var quarters = 0.0;
     for (var place = 0; place < 4; place++) {
@@ -128,9 +130,10 @@ fn gather_sums(sample: vec2u, here: Surface) -> Gathered {
         var weights = 0.0;
         for (var i = 0; i < (1 << u32(aside.x + aside.y)); i++) {
             let sign = 1 - 2 * vec2i(i & 1, (i >> u32(aside.x)) & 1);
-            // Beyond the border, mirrored samples read the same directions.
-            let beside = abs(vec2i(sample) + sign * aside);
-            let neighbor = vec2u(select(beside, max(2 * last - beside, vec2i(0)), beside > last));
+            // Beyond the border of the viewport, mirrored samples read the same directions.
+            let beside = vec2i(sample) + sign * aside;
+            let inside = select(beside, 2 * first - beside, beside < first);
+            let neighbor = vec2u(clamp(select(inside, 2 * last - inside, inside > last), first, last));
             let there = surface_at(neighbor);
             let is_same = here.is_phantom == there.is_phantom && here.is_virtual == there.is_virtual;
             let weight = select(0.0, surface_similarity(
