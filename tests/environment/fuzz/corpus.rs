@@ -74,6 +74,11 @@ pub(super) fn environments() -> Corpus {
     files
 }
 
+/// A picture of few pixels in the format whose blocks end the file.
+pub(super) fn b44() -> (&'static str, Vec<u8>) {
+    ("b44.exr", exr_file(&["R", "G", "B"], Compression::B44, Blocks::ScanLines, true))
+}
+
 pub(super) fn scenes() -> Corpus {
     let text = r##"{"asset": {"version": "2.0"}, "scene": 0, "extensionsUsed": ["KHR_materials_unlit"],
         "scenes": [{"nodes": [0, 1, 2], "name": "Room", "extras": {"ShadowDomeLight": {"directions": 16, "filter": "Pcss"}}}],
@@ -84,7 +89,8 @@ pub(super) fn scenes() -> Corpus {
             {"extras": {"SurfaceStyle": {"Toon": {"bands": 2, "outline_width": 3.5, "outline_color": "#ff8000"}}}}],
         "materials": [{"name": "wood", "extras": {"SurfaceStyle": "Toon"}}],
         "meshes": [{"name": "board", "extras": {"PhantomObject": {}}, "primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
-        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]}]}"##;
+        "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri": "not_read.bin"}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]}]}"##;
     let mut chunk = text.as_bytes().to_vec();
     chunk.resize(chunk.len().next_multiple_of(4), b' ');
     let length = |bytes: usize| u32::try_from(bytes).expect("a small file").to_le_bytes();

@@ -63,7 +63,11 @@ fn set_with_extras_elsewhere() -> Value {
         "primitives": [{"attributes": {"POSITION": 0}, "material": 0}],
     }]);
     let corner = json!([0.0, 0.0, 0.0]);
-    set["accessors"] = json!([{"componentType": 5126, "count": 3, "type": "VEC3", "min": corner, "max": corner}]);
+    set["accessors"] = json!([
+        {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": corner, "max": corner},
+    ]);
+    set["bufferViews"] = json!([{"buffer": 0, "byteLength": 36}]);
+    set["buffers"] = json!([{"byteLength": 36, "uri": "not_read.bin"}]);
     set["materials"] = json!([{"name": "wood", "extras": {"PhantomObject": {}}}]);
     set["scenes"][0]["name"] = json!("Room");
     set["scenes"][0]["extras"] = json!({"ShadowDomeLight": {"directions": 16}, "LightProbeSphere": {}});
