@@ -1,5 +1,6 @@
 //! Order of the stages within a frame.
 
+use crate::device;
 use bevy::{
     core_pipeline::schedule::camera_driver,
     prelude::*,
@@ -52,8 +53,10 @@ pub enum MirrorballPasses {
     ReadCubes,
 }
 
-/// Orders the sets of a frame. Every plugin that uses a set calls this, so that each plugin can be used alone.
+/// Orders the sets of a frame, and notices when the graphics device is lost. Every plugin that uses a set calls this,
+/// so that each plugin can be used alone.
 pub(crate) fn configure(app: &mut App) {
+    device::notice_loss(app);
     use MirrorballSystems::{Allocate, Assign, Dress, Follow, Light, Measure, Poll, Shade, Show, Track};
     app.configure_sets(PreUpdate, (Poll, Track, Show, Allocate, Follow).chain())
         .configure_sets(PostUpdate, (Assign, Dress, Measure, Light, Shade).chain())

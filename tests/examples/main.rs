@@ -5,5 +5,6 @@ mod composite;
 #[cfg(feature = "egui")]
 mod dance_stage;
 mod no_renderer;
+mod picture_writers;
 #[path = "../support/shared_data.rs"]
 mod shared_data;
