@@ -113,6 +113,13 @@
 //! where they do not fit; its ambient occlusion needs one texture more than there is. On WebGPU irradiance volumes are
 //! off, so they need none.
 //!
+//! # When the graphics device is lost
+//! A driver that is reset or updated, or a GPU that is unplugged, takes all textures with it. Bevy then ends the game
+//! with [`AppExit::error`](bevy::app::AppExit) and says so in the log; [`headless::update`] returns
+//! [`HeadlessError::Stopped`](headless::HeadlessError::Stopped). Nothing hangs. A game that goes on all the same has no
+//! pictures. `RenderErrorPolicy::Recover` does not work with Bevy 0.19.1, which aborts in its own startup: save what
+//! matters, and start the program again.
+//!
 //! # Why does nothing happen?
 //! The [`Checklist`](debug::Checklist) answers in words while the game runs, and the panel of the feature `egui` shows
 //! it.

@@ -1,5 +1,6 @@
 //! Order of the stages within a frame.
 
+use crate::device;
 use bevy::{
     asset::io::embedded::EmbeddedAssetRegistry,
     core_pipeline::schedule::camera_driver,
@@ -78,9 +79,11 @@ impl Plugin for OrderCheck {
     }
 }
 
-/// Orders the sets of a frame. Every plugin that uses a set calls this, so that each plugin can be used alone.
+/// Orders the sets of a frame, and notices when the graphics device is lost. Every plugin that uses a set calls this,
+/// so that each plugin can be used alone.
 pub(crate) fn configure(app: &mut App) {
     use MirrorballSystems::{Allocate, Assign, Dress, Follow, Light, Measure, Poll, Shade, Show, Track};
+    device::notice_loss(app);
     app.configure_sets(PreUpdate, (Poll, Track, Show, Allocate, Follow).chain())
         .configure_sets(PostUpdate, (Assign, Dress, Measure, Light, Shade).chain())
         .configure_sets(PostUpdate, (Measure, Light, Shade).after(TransformSystems::Propagate));

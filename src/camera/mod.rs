@@ -63,6 +63,7 @@
 //! A source that fails is a state, [`FeedState::Lost`], with the reason. The last good frame stays until new frames
 //! arrive.
 
+mod background_motion_pass;
 mod background_pass;
 mod background_pipeline;
 mod bracketing;
@@ -77,6 +78,7 @@ mod image_file;
 mod intrinsics;
 mod intrinsics_check;
 mod open_feed;
+mod picture_effects;
 mod poll;
 mod posed_frame;
 mod prepare_backgrounds;
@@ -101,6 +103,7 @@ pub use upload::FrameTexture;
 #[cfg(feature = "webcam")]
 pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
 
+pub(crate) use background_motion_pass::load_real_motion;
 pub(crate) use poll::{ArrivingFrame, FramesAwaitTracking};
 pub(crate) use posed_frame::{PosedFrame, world_from_camera};
 pub(crate) use rank::camera_rank;
@@ -211,9 +214,11 @@ impl Plugin for CameraPlugin {
                         .chain()
                         .in_set(MirrorballSystems::Show),
                 ),
-            );
+            )
+            .add_systems(Last, picture_effects::warn_of_effects);
         upload::build(app);
         background_pass::build(app);
+        background_motion_pass::build(app);
     }
 }
 

@@ -9,6 +9,8 @@ mod drawing;
 #[path = "../support/gpu.rs"]
 mod gpu;
 mod lamps;
+mod life_cycle;
+mod long_run;
 #[path = "../support/radiance_cube.rs"]
 mod radiance_cube;
 mod ray_truth;

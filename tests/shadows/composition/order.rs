@@ -1,4 +1,4 @@
-//! In which order and with which passes things are drawn: ambient occlusion, deferred, transparent, sorted transparency.
+//! In which order and with which passes things are drawn: ambient occlusion, deferred, transparent, sorted.
 
 use super::{BOX, ON_TOP, PLACE, SEEN, Scene, UNCHANGED};
 use bevy::{

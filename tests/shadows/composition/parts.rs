@@ -77,6 +77,19 @@ fn levels_of_detail_crossfade() {
 }
 
 #[test]
+fn compressed_models_are_refused_by_name() {
+    for extension in ["KHR_draco_mesh_compression", "EXT_meshopt_compression"] {
+        let model = format!(
+            r#"{{"asset": {{"version": "2.0"}}, "extensionsUsed": ["{extension}"], "extensionsRequired": ["{extension}"]}}"#
+        );
+        // The engine's loader reads models with it, and passes its error on.
+        let error = gltf::Gltf::from_slice(model.as_bytes()).expect_err("it cannot be read").to_string();
+        println!("{error}");
+        assert!(error.contains(extension), "{error}");
+    }
+}
+
+#[test]
 fn a_decal_paints_on_the_photograph_and_casts_no_shadow() {
     let Some(mut scene) = Scene::new() else { return };
     scene.on_camera(DepthPrepass);

@@ -38,7 +38,6 @@ impl Scene {
 }
 
 #[test]
-#[ignore = "TAA still lowers the contrast of the photograph"]
 fn temporal_antialiasing_keeps_the_photograph_at_rest_and_in_motion() {
     let Some(mut scene) = Scene::with_box() else { return };
     let (plain, at_rest) = (scene.shoot(), scene.shoot_at_rest());
