@@ -2,6 +2,7 @@
 //! virtual.
 
 mod casters;
+mod come_and_go;
 mod composition;
 mod desk;
 mod dome;
