@@ -1,6 +1,6 @@
 //! Mutations of files.
 
-/// Random numbers (Steele, Lea & Flood 2014, *SplitMix*).
+/// Random numbers (Steele, Lea and Flood 2014, *Fast splittable pseudorandom number generators*).
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
