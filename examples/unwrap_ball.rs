@@ -9,13 +9,14 @@ use bevy::{
     color::{ColorToComponents, ColorToPacked, LinearRgba, Srgba},
     math::{Quat, Vec2, Vec3},
 };
-use bevy_mirrorball::{camera::FramePixels, probe::BallPhoto};
+use bevy_mirrorball::probe::{BallPhoto, open_photo};
 use lexopt::prelude::*;
 use std::{path::PathBuf, process::ExitCode};
 
 const USAGE: &str = "unwrap_ball --photo FILE --center X,Y --diameter D --fov DEGREES --out FILE
 
-  --photo FILE       PNG or JPEG picture with a mirrored ball in it
+  --photo FILE       picture with a mirrored ball in it: PNG, JPEG, or Radiance or OpenEXR,
+                     which stays linear and unclipped
   --center X,Y       middle of the ball's outline, in pixels
   --diameter D       diameter of the outline, in pixels
   --fov DEGREES      below 180: the camera's horizontal field of view;
@@ -76,11 +77,11 @@ fn options() -> Outcome<Option<Options>> {
 }
 
 fn unwrap_ball(options: &Options) -> Outcome<()> {
-    let photo = FramePixels::open(&options.photo)?;
-    let mut picture = BallPhoto::from_outline(&photo, options.center, options.diameter, options.fov)?;
+    let photo = open_photo(&options.photo)?;
+    let mut picture = BallPhoto::from_outline(&*photo, options.center, options.diameter, options.fov)?;
     picture.reflectance = options.reflectance;
     let map = picture.to_equirect(options.width, Quat::IDENTITY);
-    if options.out.extension().is_some_and(|extension| extension == "png") {
+    if options.out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
         let encode = |texel: &Vec3| Srgba::from(LinearRgba::from_vec3(texel.min(Vec3::ONE))).to_u8_array_no_alpha();
         let bytes = map.texels.iter().flat_map(encode);
         image::RgbImage::from_raw(map.size.x, map.size.y, bytes.collect())

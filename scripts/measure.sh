@@ -9,6 +9,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 source scripts/install_packages.sh
+source scripts/runtime_folder.sh
 require_cargo
 is_quick=
 while [ $# -gt 0 ]; do

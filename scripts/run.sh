@@ -13,6 +13,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 package=$PWD
 
 source scripts/install_packages.sh
+source scripts/runtime_folder.sh
 require_cargo
 features=egui
 for argument in "$@"; do

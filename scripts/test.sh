@@ -13,6 +13,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 start=$SECONDS
 
 source scripts/install_packages.sh
+source scripts/runtime_folder.sh
 require_cargo
 arguments=() locked=()
 while [ $# -gt 0 ]; do

@@ -98,6 +98,26 @@ pub(crate) fn wait(device: &RenderDevice, timeout: Duration) -> DeviceState {
     }
 }
 
+/// Marks an app that notices when the device is lost.
+#[derive(Resource)]
+struct NoticesLoss;
+
+/// Asks the device at the end of each update whether it is lost, so that Bevy hears of it before it draws: it then ends
+/// the game with [`AppExit::error`]. Drawing with a lost device would panic instead.
+pub(crate) fn notice_loss(app: &mut App) {
+    if !app.world().contains_resource::<NoticesLoss>() {
+        app.insert_resource(NoticesLoss).add_systems(Last, ask_device.run_if(resource_exists::<RenderDevice>));
+    }
+}
+
+fn ask_device(device: Res<RenderDevice>, mut is_lost: Local<bool>) {
+    let poll = || device.poll(PollType::Poll);
+    if !*is_lost && catch_unwind(AssertUnwindSafe(poll)).is_err() {
+        error!("the graphics device is lost: its driver was reset or updated, or it was unplugged. Start again");
+        *is_lost = true;
+    }
+}
+
 /// Guard that waits for the device before the world that holds it is dropped. wgpu itself waits for six seconds, then
 /// panics.
 #[derive(Resource)]

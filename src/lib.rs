@@ -113,6 +113,13 @@
 //! where they do not fit; its ambient occlusion needs one texture more than there is. On WebGPU irradiance volumes are
 //! off, so they need none.
 //!
+//! # When the graphics device is lost
+//! A driver that is reset or updated, or a GPU that is unplugged, takes all textures with it. Bevy then ends the game
+//! with [`AppExit::error`](bevy::app::AppExit) and says so in the log; [`headless::update`] returns
+//! [`HeadlessError::Stopped`](headless::HeadlessError::Stopped). Nothing hangs. A game that goes on all the same has no
+//! pictures. `RenderErrorPolicy::Recover` does not work with Bevy 0.19.1, which aborts in its own startup: save what
+//! matters, and start the program again.
+//!
 //! # Why does nothing happen?
 //! The [`Checklist`](debug::Checklist) answers in words while the game runs, and the panel of the feature `egui` shows
 //! it.
@@ -121,7 +128,8 @@
 //!   be read is an error in the log.
 //! - *The camera does not move:* [`MarkerTracking::state`](tracking::MarkerTracking::state) stays `Searching` until the
 //!   whole marker is in the frame, 40 pixels wide, sharp and with its white margin. One anchor needs
-//!   [`WorldOrigin`](tracking::WorldOrigin).
+//!   [`WorldOrigin`](tracking::WorldOrigin). Mirrored frames, as in previews of front cameras, have no readable marker:
+//!   [`DetectedMarkers::mirrored`](tracking::DetectedMarkers::mirrored).
 //! - *Objects are misplaced:* without [`ArCamera::intrinsics`](camera::ArCamera::intrinsics) a field of view of 60° is
 //!   assumed.
 //! - *Objects are black:* [`ProbeMeasurement::is_in_view`](probe::ProbeMeasurement::is_in_view) says whether the ball
@@ -149,6 +157,7 @@ pub mod authoring;
 pub mod debug;
 mod compute_pass;
 mod device;
+mod image_files;
 mod least_squares;
 mod luminance;
 mod median;
@@ -183,7 +192,8 @@ pub mod offscreen {
 
 use bevy::{app::PluginGroupBuilder, prelude::*};
 
-/// All plugins of the crate. Add it after [`DefaultPlugins`].
+/// All plugins of the crate. Add it after [`DefaultPlugins`]; in the other order the app panics when it is built, with
+/// a message that says so.
 ///
 /// | plugin | responsibility |
 /// |---|---|

@@ -1,6 +1,8 @@
 //! Order of the stages within a frame.
 
+use crate::device;
 use bevy::{
+    asset::io::embedded::EmbeddedAssetRegistry,
     core_pipeline::schedule::camera_driver,
     prelude::*,
     render::{
@@ -52,14 +54,80 @@ pub enum MirrorballPasses {
     ReadCubes,
 }
 
-/// Orders the sets of a frame. Every plugin that uses a set calls this, so that each plugin can be used alone.
+/// What is said when the plugins are added in another order.
+const RIGHT_ORDER: &str =
+    "add Bevy's plugins first, then this crate's: app.add_plugins((DefaultPlugins, MirrorballPlugins))";
+
+/// Panics with the right order if a plugin that needs assets when it is built is added before Bevy's.
+pub(crate) fn require_assets(app: &App, plugin: &str) {
+    let has_assets = app.world().contains_resource::<EmbeddedAssetRegistry>();
+    assert!(has_assets, "{plugin} was added before Bevy's AssetPlugin: {RIGHT_ORDER}");
+}
+
+/// Panics with the right order if the renderer was added after the first plugin of this crate, which would then not
+/// draw.
+struct OrderCheck {
+    had_renderer: bool,
+}
+
+impl Plugin for OrderCheck {
+    fn build(&self, _: &mut App) {}
+
+    fn finish(&self, app: &mut App) {
+        let is_late = !self.had_renderer && app.get_sub_app(RenderApp).is_some();
+        assert!(!is_late, "a plugin of bevy_mirrorball was added before Bevy's RenderPlugin: {RIGHT_ORDER}");
+    }
+}
+
+/// Orders the sets of a frame, and notices when the graphics device is lost. Every plugin that uses a set calls this,
+/// so that each plugin can be used alone.
 pub(crate) fn configure(app: &mut App) {
     use MirrorballSystems::{Allocate, Assign, Dress, Follow, Light, Measure, Poll, Shade, Show, Track};
+    device::notice_loss(app);
     app.configure_sets(PreUpdate, (Poll, Track, Show, Allocate, Follow).chain())
         .configure_sets(PostUpdate, (Assign, Dress, Measure, Light, Shade).chain())
         .configure_sets(PostUpdate, (Measure, Light, Shade).after(TransformSystems::Propagate));
+    if !app.is_plugin_added::<OrderCheck>() {
+        let had_renderer = app.get_sub_app(RenderApp).is_some();
+        app.add_plugins(OrderCheck { had_renderer });
+    }
     if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
         let passes = (MirrorballPasses::WriteCubes, MirrorballPasses::ReadCubes).chain();
         render_app.configure_sets(RenderGraph, passes.in_set(RenderGraphSystems::Render).before(camera_driver));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{camera::CameraPlugin, materials::MaterialsPlugin, shadows::ShadowsPlugin};
+    use bevy::app::SubApp;
+
+    #[test]
+    #[should_panic(expected = "ShadowsPlugin was added before Bevy's AssetPlugin: add Bevy's plugins first")]
+    fn shadows_before_the_engine_say_the_right_order() {
+        App::new().add_plugins(ShadowsPlugin);
+    }
+
+    #[test]
+    #[should_panic(expected = "add Bevy's plugins first, then this crate's: app.add_plugins((DefaultPlugins, Mirror")]
+    fn materials_before_the_engine_say_the_right_order() {
+        App::new().add_plugins(MaterialsPlugin);
+    }
+
+    #[test]
+    #[should_panic(expected = "before Bevy's RenderPlugin: add Bevy's plugins first")]
+    fn cameras_before_the_renderer_say_the_right_order() {
+        let mut app = App::new();
+        app.add_plugins(CameraPlugin);
+        app.insert_sub_app(RenderApp, SubApp::new());
+        app.finish();
+    }
+
+    #[test]
+    fn a_program_without_a_renderer_needs_none() {
+        let mut app = App::new();
+        app.add_plugins(CameraPlugin);
+        app.finish();
     }
 }

@@ -16,6 +16,8 @@ mod parse_intrinsics;
 mod report;
 #[path = "../support/rgb_image.rs"]
 mod rgb_image;
+#[path = "../support/scene_path.rs"]
+mod scene_path;
 
 use bevy::{
     asset::{AssetPlugin, UnapprovedPathMode},
@@ -24,18 +26,19 @@ use bevy::{
 };
 use bevy_mirrorball::{
     authoring,
-    camera::FramePixels,
+    camera::{FramePixels, IntrinsicsProblem},
     environment_map::{CubePixels, EnvironmentCube},
     headless::{self, HeadlessError},
     prelude::*,
     probe::{ClipRecovery, ProbeMeasurement, UniformSky},
-    tracking::{MarkerState, MarkerTracking},
+    tracking::{DetectedMarkers, MarkerState, MarkerTracking},
 };
 use headless_log::headless_log;
 use loading_error::loading_error;
 use options::{Options, USAGE};
 use report::Stopwatch;
 use rgb_image::rgb_image;
+use scene_path::scene_path;
 use std::{
     path::Path,
     process::ExitCode,
@@ -75,14 +78,20 @@ fn composite(options: &Options) -> Outcome<()> {
     let frame = FramePixels::open(&options.frame)?;
     steps.note("decode", started.elapsed());
     authoring::read_scene_components(&options.scene)?;
+    let intrinsics = options.intrinsics_of(frame.size);
+    if let Some(problem @ (IntrinsicsProblem::Invalid(_) | IntrinsicsProblem::FarCenter { .. })) =
+        intrinsics.problem(frame.size)
+    {
+        return Err(format!("--intrinsics: {problem}").into());
+    }
 
     let started = Instant::now();
-    let size = frame.size;
     let mut app = build_app(options)?;
+    let frame = fit_device(&app, frame);
+    let size = frame.size;
     let (picture, target) = headless::add_target(&mut app, size);
     // An active camera would render every frame while the scene loads.
     let camera = Camera { is_active: false, ..default() };
-    let intrinsics = options.intrinsics_of(size);
     let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
     let camera = app.world_mut().spawn((ArCamera::new(intrinsics), camera, target, feed)).id();
     steps.note("start_renderer", started.elapsed());
@@ -136,10 +145,24 @@ fn build_app(options: &Options) -> Outcome<App> {
     })?)
 }
 
+/// Scales a photograph down that the device cannot hold, and says so.
+fn fit_device(app: &App, frame: FramePixels) -> FramePixels {
+    let before = frame.size;
+    let Some(max_edge) = headless::max_texture_edge(app).filter(|max_edge| before.max_element() > *max_edge) else {
+        return frame;
+    };
+    let frame = frame.limited_to(max_edge);
+    eprintln!(
+        "composite: the photograph has {} × {} pixels, and the textures of this device end at {max_edge}; it is composited at \
+         {} × {}",
+        before.x, before.y, frame.size.x, frame.size.y
+    );
+    frame
+}
+
 fn load_scene(app: &mut App, path: &Path) -> Outcome<()> {
-    let file = path.file_name().ok_or("--scene names no file")?.to_string_lossy().into_owned();
     let assets = app.world().resource::<AssetServer>().clone();
-    let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(file));
+    let scene = assets.load(scene_path(path).ok_or("--scene names no file")?);
     app.world_mut().spawn(WorldAssetRoot(scene.clone()));
     let mut failed = None;
     let loaded = headless::update_until(app, "loading the scene", MAX_WAIT, |app| {
@@ -195,6 +218,15 @@ fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
     }
     if !anchors.iter().any(|(_, is_tracked)| *is_tracked) {
         let ids: Vec<String> = anchors.iter().map(|(id, _)| id.to_string()).collect();
+        let is_mirrored = world.query::<&DetectedMarkers>().iter(world).any(|detected| !detected.mirrored.is_empty());
+        if is_mirrored {
+            return Err(format!(
+                "no marker: tag36h11 number {} is only in the mirror image of {frame}. The picture is mirrored, as selfies are; \
+                 flip it horizontally, or switch the camera's mirroring off",
+                ids.join(" or ")
+            )
+            .into());
+        }
         return Err(format!(
             "no marker: tag36h11 number {} was not found in {frame}. It has to be wholly in the picture, at least 40 pixels \
              wide, sharp, with a white margin, and evenly lit",

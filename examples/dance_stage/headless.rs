@@ -45,6 +45,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     })?;
     let intrinsics = options.intrinsics(size);
     let size = options.size.unwrap_or(size);
+    crate::fits_device::fits_device(&app, size)?;
     let (picture, target) = headless::add_target(&mut app, size);
     let show = Show::add(&mut app, options)?;
     wait_for_scene(&mut app, &show, options)?;

@@ -7,6 +7,8 @@
 //! Run with `--help` for all options.
 
 mod dancer;
+#[path = "../support/fits_device.rs"]
+mod fits_device;
 mod headless;
 #[path = "../support/headless_log.rs"]
 mod headless_log;
@@ -19,6 +21,8 @@ mod parse_intrinsics;
 mod parse_size;
 #[path = "../support/rgb_image.rs"]
 mod rgb_image;
+#[path = "../support/scene_path.rs"]
+mod scene_path;
 mod stage;
 mod window;
 #[path = "../support/window_log.rs"]
@@ -27,6 +31,7 @@ mod window_log;
 use bevy::prelude::*;
 use bevy_mirrorball::prelude::*;
 use options::{Options, USAGE};
+use scene_path::scene_path;
 use stage::StartAsToon;
 use std::{io::Write, path::Path, process::ExitCode};
 
@@ -73,9 +78,8 @@ struct Show {
 impl Show {
     /// Adds the scene and, unless it is the user's (`--scene`), the stage.
     fn add(app: &mut App, options: &Options) -> Outcome<Self> {
-        let file = options.scene_file();
-        let name = file.file_name().ok_or("--scene names no file")?.to_string_lossy().into_owned();
-        let scene = app.world().resource::<AssetServer>().load(GltfAssetLabel::Scene(0).from_asset(name));
+        let path = scene_path(&options.scene_file()).ok_or("--scene names no file")?;
+        let scene = app.world().resource::<AssetServer>().load(path);
         app.world_mut().spawn(WorldAssetRoot(scene.clone()));
         let lacks_dome = any_with_component::<MarkerAnchor>.and_then(not(any_with_component::<ShadowDomeLight>));
         app.add_systems(Update, spawn_dome.run_if(lacks_dome)).init_resource::<dancer::Dance>();

@@ -8,6 +8,8 @@
 //!
 //! Everything is virtual: there is no marker, no ball and no camera. In such a scene Freiling (2006) compared shadows.
 
+#[path = "../support/fits_device.rs"]
+mod fits_device;
 mod options;
 mod panel;
 #[path = "../support/parse_size.rs"]
@@ -29,6 +31,7 @@ use bevy_mirrorball::{
     prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
     shadows::{ShadowDomeLight, ShadowsPlugin},
 };
+use fits_device::fits_device;
 use options::Options;
 use std::f32::consts::TAU;
 use window_log::window_log;
@@ -101,6 +104,7 @@ fn main() -> Outcome<AppExit> {
 fn draw_to_files(options: &Options) -> Outcome<()> {
     std::fs::create_dir_all(&options.out)?;
     let mut app = headless::build_app(headless::default_plugins(), |app| add_scene(app, &options.dome))?;
+    fits_device(&app, options.size)?;
     let (picture, target) = headless::add_target(&mut app, options.size);
     app.world_mut().spawn((camera(), target));
     for _ in 0..WARM_UP_FRAMES {

@@ -26,6 +26,10 @@ pub(crate) const COVERAGES: [(&str, DomeCoverage); 2] =
     [("hemisphere", DomeCoverage::Hemisphere), ("sphere", DomeCoverage::Sphere)];
 pub(crate) const RESOLUTIONS: [(&str, u32); 5] = [("64", 64), ("128", 128), ("256", 256), ("512", 512), ("1024", 1024)];
 
+/// With as many directions, the shadows that each of them throws on the walls do not show any more: compared with 1024
+/// directions, the walls differ by at most 2/255, and with the default of 64 by 4/255.
+const DIRECTIONS: u32 = 160;
+
 pub(crate) struct Options {
     pub is_headless: bool,
     pub frames: u32,
@@ -49,7 +53,7 @@ impl Options {
             frames: 4,
             size: UVec2::new(640, 360),
             out: PathBuf::from("shadow_lab"),
-            dome: ShadowDomeLight::default(),
+            dome: ShadowDomeLight { directions: DIRECTIONS, ..Default::default() },
         };
         let mut parser = lexopt::Parser::from_env();
         while let Some(argument) = parser.next()? {

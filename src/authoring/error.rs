@@ -2,25 +2,67 @@
 
 use std::fmt;
 
+/// Kind of thing in a glTF file that has extras.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ExtrasPlace {
+    /// A node (an object in Blender), or what Bevy spawns as an entity of its own: a mesh primitive or a light.
+    #[default]
+    Node,
+    /// A mesh (the object's data in Blender). Its components go to every node that uses it.
+    Mesh,
+    /// A scene. Only a dome and a style are taken from it.
+    Scene,
+    /// A material. Nothing is taken from it.
+    Material,
+}
+
+impl ExtrasPlace {
+    /// Returns whether a component of this name is taken from here.
+    pub(super) fn takes(self, component: &str) -> bool {
+        match self {
+            Self::Node | Self::Mesh => true,
+            Self::Scene => matches!(component, "ShadowDomeLight" | "SurfaceStyle"),
+            Self::Material => false,
+        }
+    }
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Node => "node",
+            Self::Mesh => "mesh",
+            Self::Scene => "scene",
+            Self::Material => "material",
+        }
+    }
+}
+
 /// Location of extras, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NodeContext {
     /// Path of the glTF file, as the user gave it.
     pub file: String,
-    /// Name of the node; if it has none, `GltfNode` and its index, as in Bevy.
+    /// Name of the node, or of the [`place`](Self::place) that has the extras; if it has none, `GltfNode` and its
+    /// index, as in Bevy.
     pub node: String,
+    /// Kind of thing that has the extras.
+    pub place: ExtrasPlace,
 }
 
 impl NodeContext {
     /// The location of the node `node` in the file `file`.
     pub fn new(file: impl Into<String>, node: impl Into<String>) -> Self {
-        Self { file: file.into(), node: node.into() }
+        Self::at(ExtrasPlace::Node, file, node)
+    }
+
+    /// The location of a mesh, a scene or a material in a file.
+    pub fn at(place: ExtrasPlace, file: impl Into<String>, name: impl Into<String>) -> Self {
+        Self { file: file.into(), node: name.into(), place }
     }
 }
 
 impl fmt::Display for NodeContext {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}, node {:?}", self.file, self.node)
+        write!(f, "{}, {} {:?}", self.file, self.place.word(), self.node)
     }
 }
 
@@ -106,7 +148,8 @@ pub enum ExtrasProblem {
     },
 }
 
-/// Warning about extras whose name resembles that of a component. They are ignored, as extras of other tools are.
+/// Warning about extras that are ignored: their name resembles that of a component, or is that of a component that is
+/// not taken from where it stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExtrasWarning {
     /// The node with the extras.
@@ -120,6 +163,14 @@ pub struct ExtrasWarning {
 impl fmt::Display for ExtrasWarning {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Self { context, key, meant } = self;
+        if key == meant {
+            return write!(
+                f,
+                "{context}: {key} is left alone, because it stands on a {}; put it on the node that it is meant for (in \
+                 Blender the custom properties of the object)",
+                context.place.word()
+            );
+        }
         write!(f, "{context}: {key:?} is left alone; rename it to {meant:?} if that component was meant")
     }
 }

@@ -14,7 +14,7 @@ pub struct ParsedExtras {
     pub components: Vec<AuthoredComponent>,
     /// All mistakes. Components with mistakes are not among [`components`](Self::components).
     pub errors: Vec<ExtrasError>,
-    /// Warnings about extras whose names resemble those of components.
+    /// Warnings about extras that are left alone and may have been meant.
     pub warnings: Vec<ExtrasWarning>,
 }
 
@@ -25,7 +25,7 @@ impl ParsedExtras {
     }
 }
 
-/// Parses the extras of one node. `context` is repeated in errors and warnings.
+/// Parses the extras of one node, or of what else `context` names. `context` is repeated in errors and warnings.
 ///
 /// Extras that are valid JSON but not an object contain no components; that is not a mistake. The value of a component
 /// may be an object or a text with one.
@@ -60,6 +60,11 @@ pub fn parse_node_extras(json: &str, context: &NodeContext) -> ParsedExtras {
     let mut entries: Vec<_> = entries.into_iter().collect();
     entries.sort_by(|(a, _), (b, _)| a.cmp(b));
     for (key, value) in entries {
+        let known = AuthoredComponent::NAMES.iter().find(|name| **name == key);
+        if let Some(meant) = known.filter(|name| !context.place.takes(name)) {
+            parsed.warnings.push(ExtrasWarning { context: context.clone(), key, meant });
+            continue;
+        }
         match AuthoredComponent::read(&key, &as_object(value)) {
             Some(Ok(component)) => parsed.components.push(component),
             Some(Err(problems)) => parsed.errors.extend(problems.into_iter().map(error)),
@@ -71,6 +76,14 @@ pub fn parse_node_extras(json: &str, context: &NodeContext) -> ParsedExtras {
         }
     }
     parsed
+}
+
+/// Returns the names in extras; none if they are not a JSON object.
+pub(super) fn names_in(json: &str) -> Vec<String> {
+    match serde_json::from_str(json) {
+        Ok(Value::Object(entries)) => entries.into_iter().map(|(name, _)| name).collect(),
+        _ => Vec::new(),
+    }
 }
 
 /// Returns the object in a text: what Blender writes for a custom property of type string, the easiest to make.
@@ -85,6 +98,7 @@ fn as_object(value: Value) -> Value {
 mod tests {
     use super::*;
     use crate::{
+        authoring::ExtrasPlace,
         phantom::PhantomObject,
         probe::LightProbeSphere,
         shadows::{DomeCoverage, ShadowDomeLight, ShadowFilter, VisibilitySamples},
@@ -262,6 +276,22 @@ mod tests {
         assert_eq!(found, [AuthoredComponent::ShadowDomeLight(expected)]);
         let complaint = complaint(r#"{"ShadowDomeLight": {"filter": "Soft"}}"#);
         assert!(complaint.contains("filter is \"Soft\"") && complaint.contains("\"Pcf49\""), "{complaint}");
+    }
+
+    #[test]
+    fn scenes_and_materials_say_what_is_not_taken_from_them() {
+        let json = r#"{"PhantomObject": {}, "ShadowDomeLight": {}, "paint": 1}"#;
+        let read = |place| parse_node_extras(json, &NodeContext::at(place, "set.glb", "wood"));
+        let scene = read(ExtrasPlace::Scene);
+        assert_eq!(scene.components, [AuthoredComponent::ShadowDomeLight(ShadowDomeLight::default())]);
+        assert_eq!(
+            scene.warnings[0].to_string(),
+            "set.glb, scene \"wood\": PhantomObject is left alone, because it stands on a scene; put it on the node that it is \
+             meant for (in Blender the custom properties of the object)"
+        );
+        let material = read(ExtrasPlace::Material);
+        assert_eq!((material.components.len(), material.warnings.len()), (0, 2));
+        assert_eq!(read(ExtrasPlace::Mesh).components.len(), 2);
     }
 
     #[test]

@@ -19,6 +19,12 @@
 //! only `tag36h11` is accepted. Colors are sRGB. Lengths are in meters, in the node's own frame of reference; the
 //! node's scale is not applied.
 //!
+//! # Where they may stand
+//! On nodes (objects in Blender), and on meshes (the data of an object), whose components go to every node that uses
+//! the mesh; where the node has the same component, the node's counts. From a scene only `ShadowDomeLight` and
+//! `SurfaceStyle` are taken, which then apply to all of it. Other components on a scene, and all on a material, give a
+//! warning.
+//!
 //! # What is checked
 //! Unknown fields, values of the wrong type and values outside the documented range are errors. Their messages name
 //! file, node, component, field, the value found and how to correct it. A component with an error is left out;
@@ -26,10 +32,10 @@
 //! that of a component gives a warning.
 //!
 //! # When
-//! [`AuthoringPlugin`] reads new [`GltfExtras`] once per frame in `SpawnScene`, after Bevy has spawned the scenes, so
-//! that the components exist before transforms are propagated in the same frame. Bevy puts the extras of mesh
-//! primitives and lights on entities of their own; the same rules apply to them. Tools that check a file without an app
-//! call [`read_scene_components`], which reads the extras of nodes.
+//! [`AuthoringPlugin`] reads new [`GltfExtras`] and their kin once per frame in `SpawnScene`, after Bevy has spawned
+//! the scenes, so that the components exist before transforms are propagated in the same frame. Bevy puts the extras of
+//! mesh primitives and lights on entities of their own; the same rules apply to them. Tools that check a file without
+//! an app call [`read_scene_components`].
 //!
 //! # Adding a component
 //! Add its name to the list and an implementation of `FromExtras` in `component.rs`. A component can also be authored
@@ -53,7 +59,7 @@ mod scene_file;
 mod spawned;
 
 pub use component::AuthoredComponent;
-pub use error::{AuthoringError, ExtrasError, ExtrasProblem, ExtrasWarning, NodeContext};
+pub use error::{AuthoringError, ExtrasError, ExtrasPlace, ExtrasProblem, ExtrasWarning, NodeContext};
 pub use extras::{ParsedExtras, parse_node_extras};
 pub use scene_file::{NodeComponents, read_scene_components};
 pub use spawned::AuthoringReport;
@@ -82,7 +88,8 @@ impl Plugin for AuthoringPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<AuthoringReport>().add_systems(
             SpawnScene,
-            spawned::insert_authored_components
+            (spawned::insert_authored_components, spawned::insert_mesh_components)
+                .chain()
                 .after(SceneSpawnerSystems::WorldInstanceSpawn)
                 .after(SceneSpawnerSystems::SceneSpawn),
         );

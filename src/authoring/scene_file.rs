@@ -1,29 +1,33 @@
-//! Reads the components of a glTF file's nodes without an app.
+//! Reads the components of a glTF file's nodes, meshes and scenes without an app.
 
 use super::{
     component::AuthoredComponent,
-    error::{AuthoringError, ExtrasWarning, NodeContext},
-    extras::parse_node_extras,
+    error::{AuthoringError, ExtrasPlace, ExtrasWarning, NodeContext},
+    extras::{ParsedExtras, names_in, parse_node_extras},
 };
 use gltf::{Document, Gltf, json::validation::Error as Contradiction};
 use std::path::Path;
 
-/// The components of one node of a glTF file.
+/// The components of one node of a glTF file, or of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeComponents {
-    /// Index of the node in the file.
+    /// What has the extras. Components of a mesh are listed with each node that uses it, and its warnings once, as
+    /// those of the mesh.
+    pub place: ExtrasPlace,
+    /// Index of the node, scene, mesh or material in the file.
     pub index: usize,
     /// Name of the node; if it has none, `GltfNode` and its index, as in Bevy.
     pub node: String,
-    /// Components of the node, in alphabetical order of their names.
+    /// Components, in alphabetical order of their names. Always empty for meshes and materials.
     pub components: Vec<AuthoredComponent>,
-    /// Warnings about extras whose names resemble those of components.
+    /// Warnings about extras that are left alone and may have been meant.
     pub warnings: Vec<ExtrasWarning>,
 }
 
 /// Reads the components of all nodes of a `.glb` or `.gltf` file, in all of its scenes.
 ///
-/// Nodes that have neither components nor warnings are left out. Buffers and images are not read and may be missing.
+/// Nodes come first, in the order of the file, then meshes, scenes and materials with something to report. Those that
+/// have neither components nor warnings are left out. Buffers and images are not read and may be missing.
 ///
 /// # Errors
 /// [`AuthoringError::Extras`] lists the mistakes of all nodes if there are any. The other errors say why the file as a
@@ -44,18 +48,45 @@ pub fn read_scene_components(path: &Path) -> Result<Vec<NodeComponents>, Authori
 
     let mut found = Vec::new();
     let mut errors = Vec::new();
+    let mut read = |place, index, name: Option<&str>, extras: &gltf::json::Extras| {
+        let default_name = || format!("{}{index}", default_name(place));
+        let node = name.map_or_else(default_name, ToString::to_string);
+        let json = extras.as_ref().map_or("{}", |extras| extras.get());
+        let ParsedExtras { components, errors: mistakes, warnings } =
+            parse_node_extras(json, &NodeContext::at(place, &*file, &*node));
+        errors.extend(mistakes);
+        NodeComponents { place, index, node, components, warnings }
+    };
+    let mut meshes: Vec<_> =
+        document.meshes().map(|mesh| read(ExtrasPlace::Mesh, mesh.index(), mesh.name(), mesh.extras())).collect();
     for node in document.nodes() {
-        let Some(extras) = node.extras() else { continue };
-        let index = node.index();
-        let name = node.name().map_or_else(|| format!("GltfNode{index}"), ToString::to_string);
-        let parsed = parse_node_extras(extras.get(), &NodeContext::new(&file, &name));
-        errors.extend(parsed.errors);
-        if !(parsed.components.is_empty() && parsed.warnings.is_empty()) {
-            let (components, warnings) = (parsed.components, parsed.warnings);
-            found.push(NodeComponents { index, node: name, components, warnings });
-        }
+        let mut parsed = read(ExtrasPlace::Node, node.index(), node.name(), node.extras());
+        let own = node.extras().as_ref().map(|extras| names_in(extras.get())).unwrap_or_default();
+        let of_mesh = node.mesh().map(|mesh| meshes[mesh.index()].components.clone()).unwrap_or_default();
+        parsed.components.extend(of_mesh.into_iter().filter(|component| !own.contains(&component.name().to_owned())));
+        parsed.components.sort_by_key(AuthoredComponent::name);
+        found.push(parsed);
     }
+    meshes.iter_mut().for_each(|mesh| mesh.components.clear());
+    found.append(&mut meshes);
+    for scene in document.scenes() {
+        found.push(read(ExtrasPlace::Scene, scene.index(), scene.name(), scene.extras()));
+    }
+    for (index, material) in document.materials().enumerate() {
+        found.push(read(ExtrasPlace::Material, index, material.name(), material.extras()));
+    }
+    found.retain(|place| !(place.components.is_empty() && place.warnings.is_empty()));
     if errors.is_empty() { Ok(found) } else { Err(AuthoringError::Extras(errors)) }
+}
+
+/// Start of the name of what has none, as in Bevy.
+fn default_name(place: ExtrasPlace) -> &'static str {
+    match place {
+        ExtrasPlace::Node => "GltfNode",
+        ExtrasPlace::Mesh => "Mesh",
+        ExtrasPlace::Scene => "Scene",
+        ExtrasPlace::Material => "Material",
+    }
 }
 
 /// Parses and validates the glTF document in `bytes`.

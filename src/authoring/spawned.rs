@@ -1,10 +1,15 @@
 //! Inserts components on newly spawned glTF nodes.
 
 use super::{
-    error::{ExtrasError, ExtrasWarning, NodeContext, in_lines},
-    extras::parse_node_extras,
+    component::AuthoredComponent,
+    error::{ExtrasError, ExtrasPlace, ExtrasWarning, NodeContext, in_lines},
+    extras::{names_in, parse_node_extras},
 };
-use bevy::{gltf::GltfExtras, prelude::*};
+use bevy::{
+    ecs::system::SystemParam,
+    gltf::{GltfExtras, GltfMaterialExtras, GltfMaterialName, GltfMeshExtras, GltfMeshName, GltfSceneExtras},
+    prelude::*,
+};
 
 /// Errors and warnings of all glTF scenes spawned so far, for tools and tests that should fail on them.
 ///
@@ -25,7 +30,7 @@ use bevy::{gltf::GltfExtras, prelude::*};
 pub struct AuthoringReport {
     /// Mistakes. The components concerned were left out.
     pub errors: Vec<ExtrasError>,
-    /// Warnings about extras whose names resemble those of components.
+    /// Warnings about extras that are left alone and may have been meant.
     pub warnings: Vec<ExtrasWarning>,
 }
 
@@ -39,46 +44,109 @@ impl AuthoringReport {
 /// File name in messages about extras that do not come from a loaded scene.
 const NO_FILE: &str = "(no file)";
 
-/// Reads the extras that were added since the last run and inserts their components.
-pub(super) fn insert_authored_components(
-    mut commands: Commands,
-    spawned: Query<(Entity, &GltfExtras, Option<&Name>), Added<GltfExtras>>,
-    parents: Query<&ChildOf>,
-    scene_roots: Query<&WorldAssetRoot>,
-    asset_server: Option<Res<AssetServer>>,
-    mut report: ResMut<AuthoringReport>,
-) {
-    for (entity, extras, name) in &spawned {
-        let file = std::iter::once(entity)
-            .chain(parents.iter_ancestors(entity))
-            .find_map(|ancestor| scene_roots.get(ancestor).ok())
-            .and_then(|root| asset_server.as_ref()?.get_path(root.0.id()))
-            .map_or_else(|| NO_FILE.into(), |path| path.without_label().to_string());
-        let node = name.map_or_else(|| entity.to_string(), ToString::to_string);
-        let mut parsed = parse_node_extras(&extras.value, &NodeContext::new(file, node));
+/// The file that a spawned entity comes from.
+#[derive(SystemParam)]
+pub(super) struct SceneFiles<'w, 's> {
+    parents: Query<'w, 's, &'static ChildOf>,
+    scene_roots: Query<'w, 's, &'static WorldAssetRoot>,
+    asset_server: Option<Res<'w, AssetServer>>,
+}
 
-        parsed.errors.retain(|error| !report.errors.contains(error));
+impl SceneFiles<'_, '_> {
+    fn of(&self, entity: Entity) -> String {
+        std::iter::once(entity)
+            .chain(self.parents.iter_ancestors(entity))
+            .find_map(|ancestor| self.scene_roots.get(ancestor).ok())
+            .and_then(|root| self.asset_server.as_ref()?.get_path(root.0.id()))
+            .map_or_else(|| NO_FILE.into(), |path| path.without_label().to_string())
+    }
+}
+
+impl AuthoringReport {
+    /// Parses extras, and lists and logs what is wrong with them unless that has been done already.
+    fn read(&mut self, json: &str, context: &NodeContext) -> Vec<AuthoredComponent> {
+        let mut parsed = parse_node_extras(json, context);
+        parsed.errors.retain(|error| !self.errors.contains(error));
         if !parsed.errors.is_empty() {
             error!("{}", in_lines(&parsed.errors));
-            report.errors.append(&mut parsed.errors);
+            self.errors.append(&mut parsed.errors);
         }
-        parsed.warnings.retain(|warning| !report.warnings.contains(warning));
+        parsed.warnings.retain(|warning| !self.warnings.contains(warning));
         for warning in parsed.warnings {
             warn!("{warning}");
-            report.warnings.push(warning);
+            self.warnings.push(warning);
         }
-        if let Ok(mut entity) = commands.get_entity(entity) {
-            for component in parsed.components {
-                component.insert_into(&mut entity);
-            }
+        parsed.components
+    }
+}
+
+fn insert(commands: &mut Commands, entity: Entity, components: Vec<AuthoredComponent>) {
+    if let Ok(mut entity) = commands.get_entity(entity) {
+        for component in components {
+            component.insert_into(&mut entity);
         }
+    }
+}
+
+/// Reads the extras of scenes, materials and nodes that were added since the last run, and inserts their components.
+pub(super) fn insert_authored_components(
+    mut commands: Commands,
+    nodes: Query<(Entity, &GltfExtras, Option<&Name>), Added<GltfExtras>>,
+    scenes: Query<(Entity, &GltfSceneExtras, Option<&Name>), Added<GltfSceneExtras>>,
+    materials: Query<(Entity, &GltfMaterialExtras, Option<&GltfMaterialName>), Added<GltfMaterialExtras>>,
+    files: SceneFiles,
+    mut report: ResMut<AuthoringReport>,
+) {
+    for (entity, extras, name) in &scenes {
+        let name = name.map_or_else(|| entity.to_string(), ToString::to_string);
+        let context = NodeContext::at(ExtrasPlace::Scene, files.of(entity), name);
+        let components = report.read(&extras.value, &context);
+        insert(&mut commands, entity, components);
+    }
+    for (entity, extras, name) in &materials {
+        let name = name.map_or_else(|| entity.to_string(), |name| name.0.clone());
+        report.read(&extras.value, &NodeContext::at(ExtrasPlace::Material, files.of(entity), name));
+    }
+    for (entity, extras, name) in &nodes {
+        let name = name.map_or_else(|| entity.to_string(), ToString::to_string);
+        let components = report.read(&extras.value, &NodeContext::new(files.of(entity), name));
+        insert(&mut commands, entity, components);
+    }
+}
+
+type Primitive = (Entity, &'static GltfMeshExtras, Option<&'static GltfMeshName>, Option<&'static ChildOf>);
+
+/// Reads the extras of meshes. Bevy repeats them on each primitive, below the node that uses the mesh; their components
+/// go to that node, unless it has its own.
+pub(super) fn insert_mesh_components(
+    mut commands: Commands,
+    primitives: Query<Primitive, Added<GltfMeshExtras>>,
+    nodes: Query<&GltfExtras>,
+    files: SceneFiles,
+    mut report: ResMut<AuthoringReport>,
+) {
+    let mut done = Vec::new();
+    for (entity, extras, name, parent) in &primitives {
+        let node = parent.map_or(entity, ChildOf::parent);
+        if done.contains(&node) {
+            continue;
+        }
+        done.push(node);
+        let file = files.of(entity);
+        let name = name.map_or_else(|| entity.to_string(), |name| name.0.clone());
+        let mut components = report.read(&extras.value, &NodeContext::at(ExtrasPlace::Mesh, &*file, name));
+        if let Ok(own) = nodes.get(node) {
+            let own = names_in(&own.value);
+            components.retain(|component| !own.contains(&component.name().to_owned()));
+        }
+        insert(&mut commands, node, components);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{authoring::AuthoringPlugin, phantom::PhantomObject, tracking::WorldOrigin};
+    use crate::{authoring::AuthoringPlugin, materials::SurfaceStyle, phantom::PhantomObject, tracking::WorldOrigin};
 
     fn app() -> App {
         let mut app = App::new();
@@ -120,6 +188,44 @@ mod tests {
         app.world_mut().spawn(twin());
         app.update();
         assert_eq!(app.world().resource::<AuthoringReport>().errors.len(), 1);
+    }
+
+    #[test]
+    fn components_of_a_mesh_go_to_every_node_that_uses_it() {
+        let mut app = app();
+        let mesh = || GltfMeshExtras { value: r#"{"PhantomObject": {"casts": false}, "WorldOrigin": {}}"#.into() };
+        let plain = app.world_mut().spawn_empty().id();
+        let own = app.world_mut().spawn(extras(r#"{"PhantomObject": {"receives": false}}"#)).id();
+        for node in [plain, own] {
+            for _ in 0..2 {
+                app.world_mut().spawn((mesh(), GltfMeshName("Plane".into()), ChildOf(node)));
+            }
+        }
+        app.update();
+        let phantom = |app: &App, node| app.world().get::<PhantomObject>(node).copied();
+        assert_eq!(phantom(&app, plain), Some(PhantomObject { casts: false, ..default() }));
+        assert_eq!(phantom(&app, own), Some(PhantomObject { receives: false, ..default() }), "the node's own counts");
+        assert!(app.world().get::<WorldOrigin>(own).is_some());
+        assert_eq!(*app.world().resource::<AuthoringReport>(), AuthoringReport::default());
+    }
+
+    #[test]
+    fn components_on_scenes_and_materials_are_taken_or_named() {
+        let mut app = app();
+        let value = r#"{"PhantomObject": {}, "SurfaceStyle": "Engine"}"#.to_owned();
+        let scene = app.world_mut().spawn((GltfSceneExtras { value: value.clone() }, Name::new("Room"))).id();
+        app.world_mut().spawn((GltfMaterialExtras { value }, GltfMaterialName("wood".into())));
+        app.update();
+        assert_eq!(app.world().get::<SurfaceStyle>(scene), Some(&SurfaceStyle::Engine));
+        assert!(app.world().get::<PhantomObject>(scene).is_none());
+        let report = app.world().resource::<AuthoringReport>();
+        let named: Vec<_> = report.warnings.iter().map(|w| (w.context.place, &*w.context.node, w.meant)).collect();
+        let expected = [
+            (ExtrasPlace::Scene, "Room", "PhantomObject"),
+            (ExtrasPlace::Material, "wood", "PhantomObject"),
+            (ExtrasPlace::Material, "wood", "SurfaceStyle"),
+        ];
+        assert_eq!(named, expected);
     }
 
     #[test]

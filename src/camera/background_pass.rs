@@ -1,4 +1,5 @@
-//! Render pass that draws the camera frame behind everything, before the opaque pass and without touching depth.
+//! Render pass that draws the camera frame behind everything, before the first pass that draws surfaces and without
+//! touching depth.
 
 use super::{
     background_pipeline::{BackgroundPipeline, init_background_pipeline},
@@ -6,7 +7,9 @@ use super::{
 };
 use bevy::{
     asset::{embedded_asset, io::embedded::EmbeddedAssetRegistry},
+    camera::{MainPassResolutionOverride, Viewport},
     core_pipeline::{Core3d, Core3dSystems, core_3d::main_opaque_pass_3d},
+    pbr::deferred::deferred_lighting,
     prelude::*,
     render::{
         ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
@@ -32,15 +35,18 @@ pub(super) fn build(app: &mut App) {
         .add_systems(RenderStartup, init_background_pipeline)
         .add_systems(ExtractSchedule, extract_backgrounds)
         .add_systems(Render, prepare_backgrounds.in_set(RenderSystems::PrepareBindGroups))
-        .add_systems(Core3d, background_pass.before(main_opaque_pass_3d).in_set(Core3dSystems::MainPass));
+        .add_systems(
+            Core3d,
+            background_pass.before(deferred_lighting).before(main_opaque_pass_3d).in_set(Core3dSystems::MainPass),
+        );
 }
 
 fn background_pass(
-    view: ViewQuery<(&ExtractedCamera, &ViewTarget, &PreparedBackground)>,
+    view: ViewQuery<(&ExtractedCamera, &ViewTarget, &PreparedBackground, Option<&MainPassResolutionOverride>)>,
     pipeline_cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let (camera, target, prepared) = view.into_inner();
+    let (camera, target, prepared, resolution) = view.into_inner();
     let Some(pipeline) = pipeline_cache.get_render_pipeline(prepared.pipeline) else {
         return;
     };
@@ -55,8 +61,8 @@ fn background_pass(
         multiview_mask: None,
     });
     let span = diagnostics.pass_span(&mut pass, "mirrorball_camera_background");
-    if let Some(viewport) = &camera.viewport {
-        pass.set_camera_viewport(viewport);
+    if let Some(viewport) = Viewport::from_viewport_and_override(camera.viewport.as_ref(), resolution) {
+        pass.set_camera_viewport(&viewport);
     }
     pass.set_render_pipeline(pipeline);
     pass.set_bind_group(0, &prepared.bind_group, &[]);

@@ -19,12 +19,12 @@ use std::{
 ///     "exposures": [1, 1, 1, 0.125]
 /// }
 /// ```
-/// `image` is the size in pixels that the intrinsics belong to, `fps` the number of frames per second. The other
-/// fields are optional. Without a `pattern`, the clip consists of all JPEG and PNG files in the folder. A `*` in the
-/// pattern matches any text; numbers in file names are sorted by value. `exposures` lists the exposure of each frame
-/// relative to the normal ones, above 0 and at most 1; a list that is shorter than the clip is repeated. Without it,
-/// every exposure is 1. Frames below 1 are not shown, see [`BracketedFrames`](super::BracketedFrames). Unknown fields
-/// are ignored.
+/// `image` is the size in pixels that the intrinsics belong to, `fps` the number of frames per second, 0.001 to 1000.
+/// The other fields are optional. Without a `pattern`, the clip consists of all JPEG and PNG files in the folder. A `*`
+/// in the pattern matches any text; numbers in file names are sorted by value. `exposures` lists the exposure of each
+/// frame relative to the normal ones, above 0 and at most 1; a list that is shorter than the clip is repeated. Without
+/// it, every exposure is 1. Frames below 1 are not shown, see [`BracketedFrames`](super::BracketedFrames). Unknown
+/// fields are ignored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
     /// Image files in the order in which they are played.
@@ -83,8 +83,12 @@ impl Clip {
         if size.min_element() == 0 {
             return Err(wrong("image", format!("{:?}", sidecar.image), "width and height in pixels, above 0"));
         }
-        if !(sidecar.fps.is_finite() && sidecar.fps > 0.0) {
-            return Err(wrong("fps", sidecar.fps.to_string(), "a number of frames per second above 0"));
+        if !(0.001..=1000.0).contains(&sidecar.fps) {
+            return Err(wrong(
+                "fps",
+                sidecar.fps.to_string(),
+                "a number of frames per second above 0, from 0.001 to 1000",
+            ));
         }
         let intrinsics = sidecar.intrinsics.map(|k| Intrinsics {
             focal: Vec2::new(k.fx, k.fy),
@@ -136,13 +140,21 @@ fn is_image(name: &str) -> bool {
     IMAGE_EXTENSIONS.iter().any(|known| known.eq_ignore_ascii_case(extension))
 }
 
-/// Returns whether a name matches a pattern with any number of `*`.
+/// Returns whether a name matches a pattern with any number of `*`, in time proportional to their lengths.
 fn fits(pattern: &str, name: &str) -> bool {
     let Some((start, rest)) = pattern.split_once('*') else {
         return pattern == name;
     };
-    name.strip_prefix(start)
-        .is_some_and(|name| name.char_indices().map(|(i, _)| &name[i..]).chain([""]).any(|tail| fits(rest, tail)))
+    let (between, end) = rest.rsplit_once('*').unwrap_or(("", rest));
+    let Some(name) = name.strip_prefix(start).and_then(|name| name.strip_suffix(end)) else {
+        return false;
+    };
+    // The first place of each part leaves the most for the others.
+    let mut left = Some(name);
+    for part in between.split('*') {
+        left = left.and_then(|left| left.find(part).map(|at| &left[at + part.len()..]));
+    }
+    left.is_some()
 }
 
 /// Sort key that puts `frame_9` before `frame_10`: letters compare as they are, runs of digits by value.
@@ -181,5 +193,8 @@ mod tests {
         assert!(!fits("frame_*.jpg", "frame_003.jpg.bak"));
         assert!(!fits("frame.jpg", "frame1.jpg"));
         assert!(fits("ä*", "äöü"));
+        assert!(!fits("ab*ba", "aba"), "parts do not overlap");
+        let many = "*a".repeat(40);
+        assert!(fits(&many, &"a".repeat(40)) && !fits(&many, &"ab".repeat(39)), "without trying all ways");
     }
 }

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 #[derive(thiserror::Error, Debug)]
 pub enum CameraError {
     /// An image file could not be read or decoded.
-    #[error("cannot read the image {path}: {source}. Give a PNG, JPEG or Radiance file that other programs can open")]
+    #[error(
+        "cannot read the image {path}: {source}. Give a PNG, JPEG, Radiance or OpenEXR file that other programs can open"
+    )]
     File {
         /// Path as the game gave it.
         path: PathBuf,

@@ -38,7 +38,8 @@ pub(super) enum FeedSource {
 }
 
 impl CameraFeed {
-    /// A still image from a PNG, JPEG or Radiance file. It is decoded once, when the component is added or replaced.
+    /// A still image from a PNG, JPEG, Radiance or OpenEXR file. It is decoded once, when the component is added or
+    /// replaced.
     pub fn file(path: impl Into<PathBuf>) -> Self {
         Self::new(FeedSource::File(path.into()))
     }
@@ -83,11 +84,12 @@ impl CameraFeed {
     /// An image of the game, for example of a video player, of another camera that renders into it or of a network
     /// stream.
     ///
-    /// The feed takes a new frame each time the [`Image`] asset changes on the CPU. An image without data on the CPU
-    /// is read back from the GPU once per frame, which takes a frame or two; it needs the usage `COPY_SRC`. The format
-    /// has to be 8-bit `Rgba8` or `Bgra8`; bytes are taken as sRGB-encoded whether the format says so or not, as is
-    /// usual for video. Tracking has the same requirements as for any frame: a sharp marker at least 40 pixels wide,
-    /// rows from top to bottom, no lens distortion, and [`ArCamera::intrinsics`](super::ArCamera::intrinsics).
+    /// The feed takes a new frame each time the [`Image`] asset changes on the CPU. An image without data on the CPU is
+    /// read back from the GPU once per frame, which takes a frame or two; it needs the usage `COPY_SRC`. The format has
+    /// to be 8-bit `Rgba8` or `Bgra8`, in a single layer; of mip levels the first is taken. Bytes are taken as
+    /// sRGB-encoded whether the format says so or not, as is usual for video. Tracking has the same requirements as for
+    /// any frame: a sharp marker at least 40 pixels wide, rows from top to bottom, no lens distortion, and
+    /// [`ArCamera::intrinsics`](super::ArCamera::intrinsics).
     pub fn image(image: Handle<Image>) -> Self {
         Self::new(FeedSource::Image(image))
     }

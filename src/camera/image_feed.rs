@@ -11,7 +11,7 @@ use bevy::{
     prelude::*,
     render::{
         gpu_readback::{Readback, ReadbackComplete},
-        render_resource::{TextureFormat, TextureUsages},
+        render_resource::{TextureDescriptor, TextureDimension, TextureFormat, TextureUsages},
     },
 };
 use std::{
@@ -110,6 +110,10 @@ pub(super) fn watch_images(
         watched.is_filled = true;
         let slot = watched.slot.clone();
         let (size, format) = (image.size(), image.texture_descriptor.format);
+        if let Err(problem) = check(image) {
+            deliver(&slot, || Err(CameraError::Image(problem)));
+            continue;
+        }
         let reader = children.into_iter().flatten().find(|child| readers.contains(**child)).copied();
         if let Some(bytes) = image.data.as_ref().filter(|bytes| !bytes.is_empty()) {
             deliver(&slot, || from_texture(size, format, bytes));
@@ -128,21 +132,50 @@ pub(super) fn watch_images(
     }
 }
 
-/// Converts the bytes of a texture to pixels.
+/// Returns an error with the remedy if frames cannot be made of an image.
+fn check(image: &Image) -> Result<(), String> {
+    let TextureDescriptor { size, dimension, format, .. } = image.texture_descriptor;
+    if dimension != TextureDimension::D2 {
+        return Err(format!("it is a {dimension:?} texture; give a 2D image (TextureDimension::D2)"));
+    }
+    if size.depth_or_array_layers != 1 {
+        return Err(format!(
+            "it has {} layers, as arrays and cubes do; give a 2D image with a single layer, for example a copy of one of them",
+            size.depth_or_array_layers
+        ));
+    }
+    swaps_red_and_blue(format).map(|_| ())
+}
+
+/// Returns whether blue comes first in a format; an error with the remedy for formats that cannot be read.
+fn swaps_red_and_blue(format: TextureFormat) -> Result<bool, String> {
+    match format {
+        TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb => Ok(false),
+        TextureFormat::Bgra8Unorm | TextureFormat::Bgra8UnormSrgb => Ok(true),
+        other => {
+            let remedy = if other.is_compressed() {
+                "load it uncompressed, for example from PNG or JPEG"
+            } else {
+                "convert it with Image::convert(TextureFormat::Rgba8UnormSrgb), or render into an image of that format"
+            };
+            Err(format!("its format is {other:?} and neither 8-bit Rgba8 nor Bgra8; {remedy}"))
+        }
+    }
+}
+
+/// Converts the bytes of a texture to pixels. Its first mip level is the first that the bytes hold; others are ignored.
 fn from_texture(size: UVec2, format: TextureFormat, bytes: &[u8]) -> Result<FramePixels, CameraError> {
-    let swaps_red_and_blue = match format {
-        TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb => false,
-        TextureFormat::Bgra8Unorm | TextureFormat::Bgra8UnormSrgb => true,
-        _ => return Err(CameraError::Image(format!("its format is {format:?} and neither 8-bit Rgba8 nor Bgra8"))),
-    };
-    let mut rgba = bytes.to_vec();
+    let swaps_red_and_blue = swaps_red_and_blue(format).map_err(CameraError::Image)?;
+    let expected = 4 * size.x as usize * size.y as usize;
+    let found = bytes.len();
+    let wrong_size =
+        || CameraError::Image(format!("{} × {} pixels have {expected} bytes and not {found}", size.x, size.y));
+    let mut rgba = bytes.get(..expected).ok_or_else(wrong_size)?.to_vec();
     if swaps_red_and_blue {
         for pixel in rgba.chunks_exact_mut(4) {
             pixel.swap(0, 2);
         }
     }
-    let found = rgba.len();
-    let wrong_size = || CameraError::Image(format!("{} × {} pixels cannot have {found} bytes", size.x, size.y));
     FramePixels::new(size, rgba).ok_or_else(wrong_size)
 }
 
@@ -155,6 +188,32 @@ mod tests {
         let bytes = [1, 2, 3, 4, 5, 6, 7, 8];
         let pixels = from_texture(UVec2::new(1, 2), TextureFormat::Bgra8Unorm, &bytes).expect("fits");
         assert_eq!(pixels.rgba, [3, 2, 1, 4, 7, 6, 5, 8]);
+    }
+
+    #[test]
+    fn the_first_mip_level_is_meant() {
+        // 2 × 2 pixels, and a second level of one.
+        let bytes: Vec<u8> = (0..20).collect();
+        let pixels = from_texture(UVec2::splat(2), TextureFormat::Rgba8UnormSrgb, &bytes).expect("fits");
+        assert_eq!(pixels.rgba, bytes[..16]);
+    }
+
+    #[test]
+    fn what_is_no_frame_is_refused_with_what_would_be() {
+        let image = |layers, format: TextureFormat| {
+            let mut image = Image::default();
+            image.texture_descriptor.format = format;
+            image.texture_descriptor.size.depth_or_array_layers = layers;
+            image
+        };
+        let said = |layers, format| check(&image(layers, format)).expect_err("refused");
+        let cube = said(6, TextureFormat::Rgba8Unorm);
+        assert!(cube.contains("6 layers") && cube.contains("single layer"), "{cube}");
+        let float = said(1, TextureFormat::Rgba16Float);
+        assert!(float.contains("Rgba16Float") && float.contains("Rgba8UnormSrgb"), "{float}");
+        let compressed = said(1, TextureFormat::Bc7RgbaUnormSrgb);
+        assert!(compressed.contains("uncompressed"), "{compressed}");
+        assert_eq!(check(&image(1, TextureFormat::Bgra8UnormSrgb)), Ok(()));
     }
 
     #[test]

@@ -1,11 +1,12 @@
 //! Decoding of image files, at once or in the background.
 
 use super::{CameraError, FramePixels, Intrinsics, source::SourceFrame};
+use crate::image_files::{check_size, is_linear, open_linear, without_panic};
 use bevy::{
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
 };
-use image::{DynamicImage, ImageDecoder, ImageReader, ImageResult};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, ImageResult};
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
@@ -28,19 +29,26 @@ impl FramePixels {
 
 /// Decodes an image file and applies its EXIF orientation; encodes linear values to sRGB.
 fn decode_upright(path: &Path) -> ImageResult<DynamicImage> {
-    let mut decoder = ImageReader::open(path)?.with_guessed_format()?.into_decoder()?;
-    let orientation = decoder.orientation()?;
-    let mut image = DynamicImage::from_decoder(decoder)?;
-    image.apply_orientation(orientation);
-    Ok(match image {
-        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
-            let mut linear = image.into_rgb32f();
-            for value in linear.iter_mut() {
-                *value = Srgba::gamma_function_inverse(value.clamp(0.0, 1.0));
-            }
-            DynamicImage::ImageRgb32F(linear)
+    let reader = ImageReader::open(path)?.with_guessed_format()?;
+    if let Some(format) = reader.format().filter(|format| is_linear(*format)) {
+        let mut linear = open_linear(path, format)?;
+        for value in linear.iter_mut() {
+            let seen = if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) };
+            *value = Srgba::gamma_function_inverse(seen);
         }
-        encoded => encoded,
+        return Ok(DynamicImage::ImageRgb32F(linear));
+    }
+    let format = reader.format();
+    without_panic(format.unwrap_or(ImageFormat::Jpeg), || {
+        let mut decoder = reader.into_decoder()?;
+        if format == Some(ImageFormat::Jpeg) {
+            let (width, height) = decoder.dimensions();
+            check_size(ImageFormat::Jpeg, (width.into(), height.into()), 4, std::fs::metadata(path)?.len())?;
+        }
+        let orientation = decoder.orientation()?;
+        let mut image = DynamicImage::from_decoder(decoder)?;
+        image.apply_orientation(orientation);
+        Ok(image)
     })
 }
 
@@ -84,7 +92,7 @@ impl Decoded {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use image::{ImageEncoder, ImageFormat, Rgb32FImage, RgbImage, codecs::png::PngEncoder};
+    use image::{ImageEncoder, Rgb32FImage, RgbImage, codecs::png::PngEncoder};
 
     /// Exif data with nothing but an orientation, in little-endian TIFF.
     fn exif(orientation: u8) -> Vec<u8> {
@@ -120,6 +128,31 @@ mod tests {
             let found: Vec<u8> = frame.rgba.chunks_exact(4).map(|pixel| pixel[0]).collect();
             assert_eq!((frame.size, &found[..]), (UVec2::new(2, 3), &[1, 2, 3, 4, 5, 6][..]), "{orientation}");
         }
+    }
+
+    #[test]
+    fn radiance_frames_of_other_programs_are_read_like_environments() {
+        let path = scratch("other.hdr");
+        // 2 × 1 pixels of 1, 0.5, 0.25 with the common exponent of 1, twice as bright as they were.
+        let pixels = [128, 64, 32, 129, 128, 64, 32, 129];
+        let header = b"#?RGBE\nEXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n";
+        std::fs::write(&path, [&header[..], &pixels].concat()).expect("written");
+        let frame = FramePixels::open(&path).expect("an image");
+        std::fs::remove_file(&path).expect("exists");
+        assert_eq!(frame.rgb8(1, 0), [188, 137, 99]);
+    }
+
+    #[test]
+    fn a_jpeg_that_claims_more_than_it_can_hold_takes_no_memory() {
+        let path = scratch("claims.jpg");
+        RgbImage::new(16, 16).save(&path).expect("written");
+        let mut bytes = std::fs::read(&path).expect("written");
+        let frame = bytes.windows(2).position(|pair| pair == [0xFF, 0xC0]).expect("a frame header");
+        bytes[frame + 5..frame + 9].fill(0xF0);
+        std::fs::write(&path, bytes).expect("written");
+        let text = FramePixels::open(&path).expect_err("damaged").to_string();
+        std::fs::remove_file(&path).expect("exists");
+        assert!(text.contains("61680 × 61680"), "{text}");
     }
 
     #[test]

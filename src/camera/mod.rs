@@ -58,10 +58,15 @@
 //! One texture upload per new frame and one full-screen triangle per view. Decoding a 640 × 480 JPEG takes a
 //! background thread about 5 ms.
 //!
+//! # Large frames
+//! Frames that are larger than the device's textures (4096 to 16384 pixels along a side) are scaled down when they
+//! arrive, with a warning that names both sizes. Intrinsics follow, as they do for any size of the same shape.
+//!
 //! # Failures
 //! A source that fails is a state, [`FeedState::Lost`], with the reason. The last good frame stays until new frames
 //! arrive.
 
+mod background_motion_pass;
 mod background_pass;
 mod background_pipeline;
 mod bracketing;
@@ -74,13 +79,16 @@ mod frame;
 mod image_feed;
 mod image_file;
 mod intrinsics;
+mod intrinsics_check;
 mod open_feed;
+mod picture_effects;
 mod poll;
 mod posed_frame;
 mod prepare_backgrounds;
 mod projection;
 mod rank;
 mod source;
+mod texture_limit;
 mod upload;
 #[cfg(feature = "webcam")]
 mod webcam;
@@ -92,11 +100,13 @@ pub use feed::{CameraFeed, FeedPace};
 pub use feed_state::{FeedState, FeedStatistics};
 pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
 pub use intrinsics::Intrinsics;
+pub use intrinsics_check::IntrinsicsProblem;
 pub use projection::{FrameFit, FrameMapping, IntrinsicsProjection};
 pub use upload::FrameTexture;
 #[cfg(feature = "webcam")]
 pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
 
+pub(crate) use background_motion_pass::load_real_motion;
 pub(crate) use poll::{ArrivingFrame, FramesAwaitTracking};
 pub(crate) use posed_frame::{PosedFrame, world_from_camera};
 pub(crate) use rank::camera_rank;
@@ -113,14 +123,17 @@ pub type ShorterFrames = BracketedFrames;
 
 use crate::MirrorballSystems;
 use bevy::{
-    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    core_pipeline::{
+        prepass::NoBackgroundMotionVectors,
+        tonemapping::{DebandDither, Tonemapping},
+    },
     prelude::*,
 };
 
 /// A game camera that coincides with the real camera and draws its frames behind everything.
 ///
 /// Add a [`CameraFeed`] to the same entity. Required components switch off everything that would change the frame:
-/// tone mapping, dithering and ambient light.
+/// tone mapping, dithering, ambient light, and motion vectors of the background, with which effects would smear it.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -139,11 +152,13 @@ use bevy::{
     Tonemapping = Tonemapping::None,
     DebandDither = DebandDither::Disabled,
     AmbientLight = AmbientLight { brightness: 0.0, ..default() },
+    NoBackgroundMotionVectors,
 )]
 pub struct ArCamera {
-    /// Intrinsics of the real camera; scaled to the size of the frames that arrive. Defaults to `None`, which uses the
-    /// intrinsics that come with the frames (from the sidecar of a clip) or else assumes a horizontal field of view of
-    /// 60°. That is good enough to see something and too coarse for good registration.
+    /// Intrinsics of the real camera; scaled to the size of the frames that arrive, which has to be of the same shape.
+    /// A warning says if they cannot belong to the frames, see [`Intrinsics::problem`]. Defaults to `None`, which uses
+    /// the intrinsics that come with the frames (from the sidecar of a clip) or else assumes a horizontal field of view
+    /// of 60°. That is good enough to see something and too coarse for good registration.
     pub intrinsics: Option<Intrinsics>,
     /// Fit of a frame into a view of another shape. Defaults to [`FrameFit::Cover`].
     pub fit: FrameFit,
@@ -181,20 +196,32 @@ impl Plugin for CameraPlugin {
             .register_type::<FeedState>()
             .register_type::<FeedStatistics>()
             .register_type::<CameraFrame>()
+            .init_resource::<texture_limit::ReportedSizes>()
             .add_observer(poll::close_feed)
             .add_systems(
                 PreUpdate,
                 (
-                    (poll::open_feeds, image_feed::watch_images.run_if(has_images), poll::poll_feeds)
+                    (
+                        poll::open_feeds,
+                        image_feed::watch_images.run_if(has_images),
+                        poll::poll_feeds,
+                        texture_limit::limit_frames,
+                    )
                         .chain()
                         .in_set(MirrorballSystems::Poll),
-                    (upload::allocate_frame_textures.run_if(has_images), projection::fit_projections)
+                    (
+                        upload::allocate_frame_textures.run_if(has_images),
+                        projection::fit_projections,
+                        intrinsics_check::check_intrinsics,
+                    )
                         .chain()
                         .in_set(MirrorballSystems::Show),
                 ),
-            );
+            )
+            .add_systems(Last, picture_effects::warn_of_effects);
         upload::build(app);
         background_pass::build(app);
+        background_motion_pass::build(app);
     }
 }
 

@@ -9,8 +9,9 @@ use super::{
     image_feed::{ImageReader, ImageSlot},
     open_feed::{OpenFeed, open},
     source::SourceFrame,
+    texture_limit::ReportedSizes,
 };
-use bevy::{ecs::observer::On, prelude::*};
+use bevy::{ecs::observer::On, prelude::*, render::renderer::RenderDevice};
 
 /// Marks apps in which live frames become [`CameraFrame`]s only after marker detection. Inserted by
 /// [`tracking`](crate::tracking).
@@ -88,6 +89,8 @@ pub(super) fn poll_feeds(
     mut feeds: Query<PolledFeed>,
     time: Res<Time<Real>>,
     awaits_tracking: Option<Res<FramesAwaitTracking>>,
+    device: Option<Res<RenderDevice>>,
+    mut reported: ResMut<ReportedSizes>,
 ) {
     for (camera, feed, mut open, mut state, mut statistics, is_one_arriving) in &mut feeds {
         let mut arrival = open.0.poll(time.elapsed());
@@ -102,6 +105,9 @@ pub(super) fn poll_feeds(
         }
         if arrival.frame.is_some() || !arrival.bracketed.is_empty() {
             report_state(camera, &mut state, FeedState::Playing);
+        }
+        for frame in arrival.frame.iter_mut().chain(&mut arrival.bracketed) {
+            reported.limit(camera, &mut frame.pixels, device.as_deref());
         }
         for frame in arrival.bracketed {
             statistics.bracketed += 1;

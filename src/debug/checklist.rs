@@ -4,7 +4,7 @@ use crate::{
     camera::{ArCamera, CameraFrame, FeedState, FeedStatistics, camera_rank},
     probe::ProbeMeasurement,
     shadows::ShadowDomeLight,
-    tracking::{MarkerAnchor, MarkerState, MarkerTracking},
+    tracking::{DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking},
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
 
@@ -40,6 +40,7 @@ type CheckedCamera = (
     Option<&'static FeedState>,
     Option<&'static FeedStatistics>,
     Option<&'static CameraFrame>,
+    Option<&'static DetectedMarkers>,
 );
 
 /// Checks of feed, marker, ball and exposure, as a system parameter for a game's own panels.
@@ -66,7 +67,7 @@ impl Checklist<'_, '_> {
     /// Returns all lines for the first camera: feed, field of view, markers, ball, exposure, shadows.
     pub fn checks(&self) -> Vec<Check> {
         let first = self.cameras.iter().min_by_key(|(entity, camera, ..)| camera_rank(*entity, camera));
-        let Some((_, _, ar_camera, state, statistics, frame)) = first else {
+        let Some((_, _, ar_camera, state, statistics, frame, detected)) = first else {
             return vec![Check::new(
                 CheckLevel::Missing,
                 "camera",
@@ -76,7 +77,7 @@ impl Checklist<'_, '_> {
         let probe = self.probes.iter().next();
         let mut checks = vec![check_feed(state, statistics, frame)];
         checks.extend(frame.map(|frame| check_lens(ar_camera, frame)));
-        checks.extend(self.anchors.iter().map(|(anchor, tracking)| check_marker(anchor, tracking)));
+        checks.extend(self.anchors.iter().map(|(anchor, tracking)| check_marker(anchor, tracking, detected)));
         if self.anchors.is_empty() {
             checks.push(Check::new(CheckLevel::Warning, "marker", "there is no MarkerAnchor"));
         }
@@ -114,7 +115,10 @@ fn check_feed(state: Option<&FeedState>, statistics: Option<&FeedStatistics>, fr
 }
 
 fn check_lens(camera: &ArCamera, frame: &CameraFrame) -> Check {
-    if camera.intrinsics.is_some() || frame.intrinsics.is_some() {
+    let known = camera.intrinsics.or(frame.intrinsics);
+    if let Some(problem) = known.and_then(|known| known.problem(frame.pixels.size)) {
+        Check::new(CheckLevel::Warning, "lens", problem.to_string())
+    } else if known.is_some() {
         Check::new(CheckLevel::Good, "lens", "intrinsics are known")
     } else {
         let text = "a field of view of 60° is assumed; calibrate the camera";
@@ -122,9 +126,19 @@ fn check_lens(camera: &ArCamera, frame: &CameraFrame) -> Check {
     }
 }
 
-fn check_marker(anchor: &MarkerAnchor, tracking: &MarkerTracking) -> Check {
+fn check_marker(anchor: &MarkerAnchor, tracking: &MarkerTracking, detected: Option<&DetectedMarkers>) -> Check {
     let id = anchor.id;
+    let is_mirrored = detected.is_some_and(|detected| detected.mirrored.contains(&id));
+    let copies = tracking.copies;
     let (level, text) = match tracking.state {
+        MarkerState::Lost | MarkerState::Searching if is_mirrored => {
+            let text = format!("number {id} is only in the frame's mirror image; switch the camera's mirroring off");
+            (CheckLevel::Missing, text)
+        }
+        _ if copies > 1 => {
+            let text = format!("number {id} is on {copies} sheets in the frame, one is followed; cover the others");
+            (CheckLevel::Warning, text)
+        }
         MarkerState::Tracked => {
             (CheckLevel::Good, format!("number {id}, off by {:.2} px", tracking.reprojection_error))
         }

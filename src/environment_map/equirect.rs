@@ -1,6 +1,7 @@
 //! Equirectangular images on the CPU, and their conversion from and to cube maps.
 
 use super::{CubePixels, face_direction};
+use crate::image_files::shrink;
 use glam::{Quat, UVec2, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
@@ -30,6 +31,20 @@ impl EquirectPixels {
             self.texels[(row * size.x + column) as usize]
         };
         fetch(0, 0).lerp(fetch(1, 0), t.x).lerp(fetch(0, 1).lerp(fetch(1, 1), t.x), t.y)
+    }
+
+    /// Image of at most `max_width` pixels (at least 2) across, each the mean of the part of this image that it covers.
+    /// Returns a smaller image unchanged.
+    pub fn limited_to(self, max_width: u32) -> Self {
+        if self.size.x <= max_width {
+            return self;
+        }
+        let height = (max_width / 2).max(1);
+        let size = UVec2::new(2 * height, height);
+        let mut texels = Vec::with_capacity(size.element_product() as usize);
+        let read = |x: u32, y: u32| self.texels[(y * self.size.x + x) as usize];
+        shrink(self.size, size, read, |row| texels.extend_from_slice(row));
+        Self { size, texels }
     }
 
     /// Cube map with `edge` texels along an edge, each the mean of the part of the image that it covers.
@@ -89,6 +104,16 @@ mod tests {
         near(Vec2::new(0.25, 0.5), Vec3::X);
         near(Vec2::new(0.3, 0.0), Vec3::Y);
         near(Vec2::new(0.3, 1.0), Vec3::NEG_Y);
+    }
+
+    #[test]
+    fn a_wide_image_is_averaged_to_what_a_device_can_hold() {
+        let size = UVec2::new(16, 8);
+        let image = EquirectPixels { size, texels: (0..128).map(|i| Vec3::splat((i % 16) as f32)).collect() };
+        let small = image.clone().limited_to(9);
+        assert_eq!((small.size, small.texels.len()), (UVec2::new(8, 4), 32));
+        assert!(small.texels[..8].iter().enumerate().all(|(x, texel)| (texel.x - 2.0 * x as f32 - 0.5).abs() < 1e-4));
+        assert_eq!(image.clone().limited_to(16), image);
     }
 
     #[test]

@@ -3,13 +3,17 @@
 //! Both formats hold linear radiance, Radiance with 8 bits and a common exponent (1 % steps), OpenEXR as 32-bit
 //! floats. The [layout](EquirectPixels) is that of the image in memory. Many programs put −Z into the center of the
 //! image instead of its left edge. Rotate such an image by `Quat::from_rotation_y(PI)` when it becomes a cube.
+//!
+//! OpenEXR files may have the channels of a layer (`ViewLayer.Combined.R`), small letters, or gray alone (`Y`). The
+//! image is the display window: overscan is left out, and what the data window lacks is black.
 
 use super::EquirectPixels;
+use crate::image_files::{clean_radiance, is_linear, open_linear};
 use bevy::prelude::*;
-use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Rgb32FImage, codecs::hdr::HdrDecoder};
+use image::{ImageError, ImageFormat, Rgb32FImage};
 use std::{
     fs::File,
-    io::{BufReader, BufWriter},
+    io::BufWriter,
     path::{Path, PathBuf},
 };
 
@@ -48,7 +52,7 @@ pub enum EnvironmentFileError {
 /// Format of a file, by the extension of its name.
 fn format_of(path: &Path) -> Result<ImageFormat, EnvironmentFileError> {
     match ImageFormat::from_path(path) {
-        Ok(format @ (ImageFormat::Hdr | ImageFormat::OpenExr)) => Ok(format),
+        Ok(format) if is_linear(format) => Ok(format),
         _ => Err(EnvironmentFileError::UnknownFormat(path.to_owned())),
     }
 }
@@ -59,18 +63,13 @@ impl EquirectPixels {
     /// none is larger than 1e20, so that sums stay finite.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, EnvironmentFileError> {
         let path = path.as_ref();
-        let pixels = read(path, format_of(path)?)
+        let pixels = open_linear(path, format_of(path)?)
             .map_err(|reason| EnvironmentFileError::Read { path: path.to_owned(), reason: reason.to_string() })?;
         let size = UVec2::from(pixels.dimensions());
         if size.x != 2 * size.y || size.y == 0 {
             return Err(EnvironmentFileError::Shape { path: path.to_owned(), size });
         }
-        let clean = |value: f32| match value {
-            f32::INFINITY => half::f16::MAX.to_f32(),
-            _ if value.is_nan() => 0.0,
-            _ => value.clamp(0.0, MAX_RADIANCE),
-        };
-        let texels = pixels.pixels().map(|pixel| Vec3::from_array(pixel.0).map(clean)).collect();
+        let texels = pixels.pixels().map(|pixel| Vec3::from_array(pixel.0.map(clean_radiance))).collect();
         Ok(Self { size, texels })
     }
 
@@ -86,32 +85,6 @@ impl EquirectPixels {
             .and_then(|file| pixels.write_to(&mut BufWriter::new(file), format))
             .map_err(|reason| EnvironmentFileError::Write { path: path.to_owned(), reason: reason.to_string() })
     }
-}
-
-/// Largest value taken from a file: far above any light, and far below the limit of sums over all texels.
-const MAX_RADIANCE: f32 = 1e20;
-
-/// Decodes a file, without a size limit: environments are large, and the game has chosen them.
-fn read(path: &Path, format: ImageFormat) -> Result<Rgb32FImage, ImageError> {
-    let file = BufReader::new(File::open(path)?);
-    if format == ImageFormat::Hdr {
-        return read_radiance(file);
-    }
-    let mut reader = ImageReader::with_format(file, format);
-    reader.no_limits();
-    Ok(reader.decode()?.into_rgb32f())
-}
-
-/// Decodes a Radiance file. Its signature may be `#?RGBE` too, as some programs write. Pixels are divided by the
-/// product of all `EXPOSURE` lines (Ward 1991, *Real pixels*); 0, which some programs write, counts as none.
-fn read_radiance(file: BufReader<File>) -> Result<Rgb32FImage, ImageError> {
-    let decoder = HdrDecoder::new_nonstrict(file)?;
-    let exposure = decoder.metadata().exposure.filter(|exposure| exposure.is_finite() && *exposure > 0.0);
-    let mut pixels = DynamicImage::from_decoder(decoder)?.into_rgb32f();
-    if let Some(exposure) = exposure {
-        pixels.iter_mut().for_each(|value| *value /= exposure);
-    }
-    Ok(pixels)
 }
 
 #[cfg(test)]

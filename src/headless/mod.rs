@@ -18,7 +18,7 @@ pub use {
     app::{build_app, default_plugins, update},
     readback::{read_texture, record},
     settle::{settle, update_until},
-    target::add_target,
+    target::{add_target, max_texture_edge},
 };
 
 use std::time::Duration;
@@ -49,6 +49,14 @@ pub enum HeadlessError {
          it happens once more, try a smaller image, a newer driver, or another one named by VK_DRIVER_FILES"
     )]
     Stopped,
+    /// A pipeline cannot be compiled, so that what it draws would be missing.
+    #[error("the pipeline {pipeline:?} cannot be compiled: {reason}")]
+    Pipeline {
+        /// Label of the pipeline.
+        pipeline: String,
+        /// Message of the shader compiler, or what the pipeline waits for in vain.
+        reason: String,
+    },
     /// A condition was not met in time.
     #[error("{0} did not happen within {1:?}")]
     TooLate(&'static str, Duration),

@@ -7,9 +7,10 @@ use bevy::{
     prelude::*,
     render::{
         RenderApp,
-        render_resource::{CachedPipeline, PipelineCache, PipelineDescriptor},
+        render_resource::{CachedPipeline, CachedPipelineState, PipelineCache, PipelineDescriptor},
         renderer::RenderDevice,
     },
+    shader::ShaderCacheError,
 };
 use std::time::{Duration, Instant};
 
@@ -51,24 +52,70 @@ pub fn update_until(
 /// Renders frames until all shaders that they use are loaded and compiled.
 ///
 /// # Errors
-/// As [`update_until`].
+/// [`HeadlessError::Pipeline`] if a pipeline cannot be compiled, or its shader is not there after two minutes; as
+/// [`update_until`].
 pub fn settle(app: &mut App) -> Result<(), HeadlessError> {
     let mut quiet = 0;
-    update_until(app, "loading all shaders", MAX_BUSY_TIME, |app| {
-        let pipelines = app.get_sub_app(RenderApp).and_then(|app| app.world().get_resource::<PipelineCache>());
-        let is_waiting = pipelines.is_some_and(has_loading_pipelines);
-        quiet = if is_waiting { 0 } else { quiet + 1 };
+    let settled = update_until(app, "loading all shaders", MAX_BUSY_TIME, |app| {
+        let pipelines = cache(app);
+        if pipelines.is_some_and(|cache| failed_pipeline(cache).is_some()) {
+            return true;
+        }
+        quiet = if pipelines.is_some_and(has_loading_pipelines) { 0 } else { quiet + 1 };
         quiet >= MIN_QUIET_FRAMES
+    });
+    let problem = match &settled {
+        Ok(()) => cache(app).and_then(failed_pipeline),
+        Err(HeadlessError::TooLate(..)) => cache(app).and_then(loading_pipeline),
+        Err(_) => None,
+    };
+    problem.map_or(settled, |(pipeline, reason)| Err(HeadlessError::Pipeline { pipeline, reason }))
+}
+
+fn cache(app: &App) -> Option<&PipelineCache> {
+    app.get_sub_app(RenderApp).and_then(|app| app.world().get_resource::<PipelineCache>())
+}
+
+/// Label of a pipeline that will never be compiled, and the reason.
+fn failed_pipeline(cache: &PipelineCache) -> Option<(String, String)> {
+    cache.pipelines().find_map(|pipeline| match &pipeline.state {
+        CachedPipelineState::Err(
+            error @ (ShaderCacheError::ProcessShaderError(_) | ShaderCacheError::CreateShaderModule(_)),
+        ) => Some((label(pipeline), error.to_string())),
+        _ => None,
     })
 }
 
-/// Returns whether a pipeline waits for a shader that is loading. Shaders with a fixed id are present from the start
-/// or never: Bevy requests some that small devices do not have.
+/// Label of a pipeline that waits for a shader, and what it waits for.
+fn loading_pipeline(cache: &PipelineCache) -> Option<(String, String)> {
+    let (_, pipeline) = loading_pipelines(cache).next()?;
+    let reason = match &pipeline.state {
+        CachedPipelineState::Err(error) => error.to_string(),
+        _ => "it is still being compiled".to_owned(),
+    };
+    Some((label(pipeline), format!("{reason} Check that the shader and all that it imports exist")))
+}
+
+fn label(pipeline: &CachedPipeline) -> String {
+    let label = match &pipeline.descriptor {
+        PipelineDescriptor::RenderPipelineDescriptor(of) => &of.label,
+        PipelineDescriptor::ComputePipelineDescriptor(of) => &of.label,
+    };
+    label.as_deref().unwrap_or("without a label").to_owned()
+}
+
+/// Returns whether a pipeline waits for a shader that is loading.
 fn has_loading_pipelines(cache: &PipelineCache) -> bool {
+    loading_pipelines(cache).next().is_some()
+}
+
+/// Pipelines that wait for shaders. Shaders with a fixed id are present from the start or never: Bevy requests some
+/// that small devices do not have.
+fn loading_pipelines(cache: &PipelineCache) -> impl Iterator<Item = (usize, &CachedPipeline)> {
     let waiting: HashSet<usize> = cache.waiting_pipelines().collect();
     let loads = |pipeline: &CachedPipeline| match &pipeline.descriptor {
         PipelineDescriptor::RenderPipelineDescriptor(of) => !matches!(of.vertex.shader.id(), AssetId::Uuid { .. }),
         PipelineDescriptor::ComputePipelineDescriptor(of) => !matches!(of.shader.id(), AssetId::Uuid { .. }),
     };
-    cache.pipelines().enumerate().any(|(id, pipeline)| waiting.contains(&id) && loads(pipeline))
+    cache.pipelines().enumerate().filter(move |(id, pipeline)| waiting.contains(id) && loads(pipeline))
 }

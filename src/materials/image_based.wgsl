@@ -4,16 +4,15 @@
 #import bevy_pbr::{
     forward_io::{FragmentOutput, VertexOutput},
     mesh_types::MESH_FLAGS_SHADOW_RECEIVER_BIT,
-    pbr_fragment::pbr_input_from_standard_material,
-    pbr_functions::{alpha_discard, apply_pbr_lighting, main_pass_post_lighting_processing},
+    pbr_functions::apply_pbr_lighting,
     pbr_types::STANDARD_MATERIAL_FLAGS_UNLIT_BIT,
 }
+#import bevy_mirrorball::materials::engine_features::{output_of, surface_of}
 #import bevy_mirrorball::shadows::render::receive::{reflection_ratio, virtual_ratio}
 
 @fragment
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> FragmentOutput {
-    var pbr_input = pbr_input_from_standard_material(in, is_front);
-    pbr_input.material.base_color = alpha_discard(pbr_input.material, pbr_input.material.base_color);
+    var pbr_input = surface_of(in, is_front);
     var color = pbr_input.material.base_color;
     if (pbr_input.material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) == 0u {
         let is_receiver = (pbr_input.flags & MESH_FLAGS_SHADOW_RECEIVER_BIT) != 0u;
@@ -23,5 +22,5 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
             reflection_ratio(ratio, dot(pbr_input.N, pbr_input.V), pbr_input.material.perceptual_roughness);
         color = apply_pbr_lighting(pbr_input);
     }
-    return FragmentOutput(main_pass_post_lighting_processing(pbr_input, color));
+    return output_of(pbr_input, color);
 }

@@ -31,6 +31,32 @@
 //! A virtual object ends sharply, within one pixel, where a phantom hides it. [`SoftPhantomEdges`] on the camera
 //! blends the two across the edge instead.
 //!
+//! # Together with other effects
+//! What an [`ArCamera`](crate::camera::ArCamera) shows under the effects that games add. *Frame* means what the real
+//! camera delivers; under all of them it stays as it is, except where the table says so. The tests are in
+//! `tests/shadows/composition`. What cannot work is also said in the log, once.
+//!
+//! | on the camera or the scene | what to expect | test |
+//! |---|---|---|
+//! | `Hdr` | everything as without it | `film::a_high_dynamic_range…` |
+//! | `Tonemapping` | without `Hdr`, virtual things are mapped and the frame is not; with `Hdr` Bevy maps both, and the log warns. `ArCamera` sets `Tonemapping::None` | `film::tone_mapping…` |
+//! | `Bloom` | with a threshold of 1 and additive, what is brighter than white glows and the frame stays; `Bloom::NATURAL` scatters the frame too and keeps its brightness | `film::bloom…`, `film::natural_bloom…` |
+//! | `DepthOfField` | no effect: Bevy computes it for its own perspective projection only; the log warns | `film::depth_of_field…` |
+//! | `TemporalAntiAliasing` | smooths virtual things; each frame is shown as it is, never mixed with earlier ones, which would take its contrast and drag what moves. Virtual things are not smoothed where a phantom hides them | `time::temporal…` |
+//! | `MotionBlur` | blurs virtual things; the frame has the blur of the real camera. Not together with `TemporalAntiAliasing`; the log warns | `time::motion_blur…` |
+//! | `ScreenSpaceAmbientOcclusion` | darkens creases of virtual things, also towards phantoms; needs one texture more than WebGPU guarantees | `order::ambient_occlusion…` |
+//! | `DeferredPrepass`, `DefaultOpaqueRendererMethod::deferred` | surfaces of [`SurfaceStyle::Engine`] are drawn deferred, phantoms and the other styles always forward | `order::deferred…` |
+//! | `AlphaMode::Blend` | the frame shows through, and shadows are summed in the fragment shader; casts like an opaque mesh, without `NotShadowCaster` | `order::the_photograph…` |
+//! | `OrderIndependentTransparencySettings` | the same, sorted by depth; needs more storage buffers than the 8 that WebGPU guarantees | `order::transparency…` |
+//! | `Camera::viewport` | the whole frame, fitted into the viewport | `view::a_viewport…` |
+//! | `MainPassResolutionOverride` | the same with fewer pixels, for what scales them up | `view::a_main_pass…` |
+//! | second window or target | a camera without frames shows virtual things; shadows are summed in the fragment shader | `view::a_second_target…` |
+//! | `RenderLayers` | a mesh casts if it shares a layer with the [`ShadowDomeLight`](crate::shadows::ShadowDomeLight), seen or not | `parts::a_mesh_casts…` |
+//! | `VisibilityRange` | levels of detail crossfade; out of range of all cameras, a mesh does not cast | `parts::levels…`, `parts::what_is_out…` |
+//! | decals | forward decals paint on the frame and on virtual things, and cast nothing; clustered decals paint on virtual things only | `parts::a_decal…` |
+//! | Draco, meshopt | Bevy 0.19.1 does not read them: loading ends with an error that names the extension. Export without compression | `parts::compressed…` |
+//! | `Skybox`, `AtmosphereSettings` | cover the frame; the log warns | unit test of the warning |
+//!
 //! # Toon
 //! The bands of a toon surface represent the measured light. Let E(n) be the light that a white matte surface facing
 //! n would receive at this position (environment, lamps and ambient light together), l the direction from which light
@@ -98,11 +124,14 @@ pub struct MaterialsPlugin;
 
 impl Plugin for MaterialsPlugin {
     fn build(&self, app: &mut App) {
+        crate::schedule::require_assets(app, "MaterialsPlugin");
         crate::schedule::configure(app);
         // The material shaders import the dome shaders, with or without a dome in the scene.
         if !app.is_plugin_added::<ShadowsPlugin>() {
             app.add_plugins(ShadowsPlugin);
         }
+        crate::camera::load_real_motion(app);
+        load_shader_library!(app, "engine_features.wgsl");
         load_shader_library!(app, "lamps.wgsl");
         load_shader_library!(app, "phantom_frame.wgsl");
         embedded_asset!(app, "phantom.wgsl");

@@ -4,6 +4,9 @@
 #import bevy_pbr::forward_io::{VertexOutput, FragmentOutput}
 #import bevy_mirrorball::materials::phantom_frame::{frame_uv, is_outside_frame}
 #import bevy_mirrorball::shadows::render::receive::phantom_ratio
+#ifdef VISIBILITY_RANGE_DITHER
+#import bevy_pbr::pbr_functions::visibility_range_dither
+#endif
 #ifdef HAS_LAMPS
 #import bevy_pbr::mesh_bindings::mesh
 #import bevy_mirrorball::materials::lamps::{RealSurface, lamp_gain}
@@ -18,6 +21,9 @@ fn fragment(in: VertexOutput) -> FragmentOutput {
     if is_outside_frame(uv_frame) {
         discard;
     }
+#ifdef VISIBILITY_RANGE_DITHER
+    visibility_range_dither(in.position, in.visibility_range_dither);
+#endif
     var color = textureSampleLevel(frame, frame_sampler, uv_frame, 0.0).rgb;
 #ifdef RECEIVES_SHADOWS
     let normal = normalize(in.world_normal);

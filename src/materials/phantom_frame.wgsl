@@ -20,9 +20,9 @@ const MIN_DEPTH: f32 = 1e-6;
 /// A place outside the frame.
 const NOWHERE: vec2f = vec2f(-1.0);
 
-/// UV in the frame of a fragment at a position in the viewport, in pixels, and in the world.
+/// UV in the frame of a fragment at a position in the viewport of the main pass, in pixels, and in the world.
 fn frame_uv(position: vec4f, pos_world: vec4f) -> vec2f {
-    let uv_view = (position.xy - view.viewport.xy) / view.viewport.zw;
+    let uv_view = (position.xy - view.main_pass_viewport.xy) / view.main_pass_viewport.zw;
     let projected = phantom.frame_uv_from_world * vec4f(pos_world.xyz, 1.0);
     let uv_frame = projected.xy / max(projected.w, MIN_DEPTH)
         + uv_view * phantom.frame_uv_from_view_uv.xy + phantom.frame_uv_from_view_uv.zw;

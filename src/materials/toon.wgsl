@@ -5,10 +5,10 @@
     forward_io::{FragmentOutput, VertexOutput},
     mesh_types::MESH_FLAGS_SHADOW_RECEIVER_BIT,
     mesh_view_bindings::view,
-    pbr_fragment::pbr_input_from_standard_material,
-    pbr_functions::{alpha_discard, apply_pbr_lighting, main_pass_post_lighting_processing},
+    pbr_functions::apply_pbr_lighting,
     pbr_types::{PbrInput, STANDARD_MATERIAL_FLAGS_UNLIT_BIT},
 }
+#import bevy_mirrorball::materials::engine_features::{output_of, surface_of}
 #import bevy_mirrorball::shadows::render::receive::virtual_ratio
 #import bevy_mirrorball::luminance::luminance
 
@@ -98,8 +98,8 @@ fn highlight(surface: PbrInput, dir_bright: vec3f) -> f32 {
 
 @fragment
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> FragmentOutput {
-    var pbr_input = pbr_input_from_standard_material(in, is_front);
-    let base_color = alpha_discard(pbr_input.material, pbr_input.material.base_color);
+    let pbr_input = surface_of(in, is_front);
+    let base_color = pbr_input.material.base_color;
     let emissive = pbr_input.material.emissive;
 
     var paper = pbr_input;
@@ -130,5 +130,5 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let glow = emissive.rgb * base_color.a * mix(1.0, view.exposure, emissive.a);
     let lit = vec4f(mix(matte, bright, gloss) + glow, base_color.a);
     let is_unlit = (pbr_input.material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) != 0u;
-    return FragmentOutput(main_pass_post_lighting_processing(pbr_input, select(lit, base_color, is_unlit)));
+    return output_of(pbr_input, select(lit, base_color, is_unlit));
 }

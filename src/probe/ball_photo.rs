@@ -3,10 +3,10 @@
 
 use super::{
     ball_view::{BallView, EDGE_MARGIN_PIXELS},
-    clipping::is_clipped,
+    photo_pixels::PhotoPixels,
 };
 use crate::{
-    camera::{FramePixels, Intrinsics},
+    camera::Intrinsics,
     environment_map::{EquirectPixels, equirect_direction},
 };
 use bevy::prelude::*;
@@ -21,24 +21,30 @@ const COARSE: [f32; 2] = [0.5, 1.0];
 const RIM: [f32; 2] = [0.6, 0.15];
 const RING: u32 = 12;
 const MAX_SAMPLES: f32 = 4.0;
+/// Smallest diameter of an outline, in pixels.
+const MIN_DIAMETER: f32 = 4.0;
+/// Largest diameter of an outline, as a multiple of the longer side of the photograph. Outlines are measured to a few
+/// percent.
+const MAX_DIAMETER: f32 = 1.05;
 /// Lower bound of the half angle of the hidden cone, in degrees. A smaller cone is as good as none.
 const MIN_HIDDEN_DEGREES: f32 = 0.5;
 
-/// Photograph with a mirrored ball in it.
+/// Photograph with a mirrored ball in it: a frame of a camera, or linear values that do not clip.
 ///
 /// ```no_run
 /// use bevy::prelude::*;
-/// use bevy_mirrorball::{camera::FramePixels, probe::BallPhoto};
+/// use bevy_mirrorball::probe::{BallPhoto, open_photo};
 ///
-/// let photo = FramePixels::open("ball.jpg").expect("a photograph");
+/// let photo = open_photo("ball.jpg").expect("a photograph");
 /// // The ball was photographed from nearby and shows 280° of its surroundings.
-/// let ball = BallPhoto::from_outline(&photo, Vec2::new(1031.0, 1037.0), 1988.0, 280.0).expect("a ball");
+/// let ball = BallPhoto::from_outline(&*photo, Vec2::new(1031.0, 1037.0), 1988.0, 280.0).expect("a ball");
 /// ball.to_equirect(1024, Quat::IDENTITY).save("surroundings.hdr").expect("a writable folder");
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct BallPhoto<'a> {
-    /// Pixels of the photograph.
-    pub frame: &'a FramePixels,
+    /// Pixels of the photograph: [`FramePixels`](crate::camera::FramePixels) or
+    /// [`LinearPixels`](super::LinearPixels).
+    pub frame: &'a dyn PhotoPixels,
     /// Intrinsics of the camera that took it.
     pub intrinsics: Intrinsics,
     /// Position and size of the ball.
@@ -55,9 +61,10 @@ pub enum BallPhotoError {
         "a field of view of {0}° cannot be: give the camera's horizontal one (1 to 179), or how much of its surroundings the ball shows (181 to 360)"
     )]
     FieldOfView(f32),
-    /// The outline is not in the photograph, or too small.
+    /// The outline is not in the photograph, too small, or larger than the photograph.
     #[error(
-        "a ball of {diameter} pixels at {center} is not in a picture of {size} pixels; give center and diameter of its outline"
+        "a ball of {diameter} pixels at {center} is not in a picture of {} × {} pixels; give center and diameter of its outline",
+        .size.x, .size.y
     )]
     Outline {
         /// Center of the outline, in pixels.
@@ -80,14 +87,16 @@ impl<'a> BallPhoto<'a> {
     /// # Errors
     /// Returns a [`BallPhotoError`] that names the impossible number.
     pub fn from_outline(
-        frame: &'a FramePixels,
+        frame: &'a dyn PhotoPixels,
         center: Vec2,
         diameter: f32,
         fov_degrees: f32,
     ) -> Result<Self, BallPhotoError> {
-        let size = frame.size;
+        let size = frame.size();
         let is_inside = center.cmpge(Vec2::ZERO).all() && center.cmple(size.as_vec2()).all();
-        if !(is_inside && diameter >= 4.0 && diameter.is_finite()) {
+        // A ball may be cut off at the edges, but not on both sides of both axes.
+        let largest = MAX_DIAMETER * size.max_element() as f32;
+        if !(is_inside && (MIN_DIAMETER..=largest).contains(&diameter)) {
             return Err(BallPhotoError::Outline { center, diameter, size });
         }
         let radius = 0.5 * diameter;
@@ -176,7 +185,7 @@ impl<'a> BallPhoto<'a> {
         let weights = is_fine * leak / (1.0 - 2.0 * leak);
         between_pixels(pixel, sharpness, |x, y| {
             let at = |dx: i32, dy: i32| self.frame.linear(x + dx, y + dy);
-            if is_clipped(self.frame, x, y) {
+            if self.frame.is_clipped(x, y) {
                 return Vec3::ZERO;
             }
             let twice = 2.0 * at(0, 0);
@@ -201,6 +210,7 @@ fn smoothstep(from: f32, to: f32, x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{camera::FramePixels, probe::LinearPixels};
 
     #[test]
     fn an_outline_becomes_the_ball_that_has_it() {
@@ -216,7 +226,20 @@ mod tests {
         let far = BallPhoto::from_outline(&frame, Vec2::new(320.0, 240.0), 120.0, 360.0).expect("possible");
         assert!(far.ball.distance() > 100.0);
         let error = |fov, diameter| BallPhoto::from_outline(&frame, Vec2::ONE, diameter, fov).expect_err("impossible");
+        let text = error(60.0, 6400.0).to_string();
+        assert!(text.contains("6400 pixels") && text.contains("640 × 480"), "{text}");
+        assert!(BallPhoto::from_outline(&frame, Vec2::new(320.0, 240.0), 640.0, 300.0).is_ok());
         assert!(error(180.0, 50.0).to_string().contains("180") && error(60.0, 0.0).to_string().contains("diameter"));
+    }
+
+    #[test]
+    fn a_linear_photograph_shows_lamps_brighter_than_white() {
+        let size = UVec2::new(160, 120);
+        let frame = LinearPixels::new(size, vec![Vec3::new(40.0, 5.0, 0.25); 160 * 120]).expect("fits");
+        let photo = BallPhoto::from_outline(&frame, Vec2::new(80.0, 60.0), 100.0, 300.0).expect("possible");
+        let map = photo.to_equirect(32, Quat::IDENTITY);
+        let expected = Vec3::new(40.0, 5.0, 0.25);
+        assert!(map.texels.iter().all(|texel| texel.distance(expected) < 1e-3 * expected.x), "{:?}", map.texels[40]);
     }
 
     #[test]

@@ -17,7 +17,10 @@ use crate::{
 use bevy::{
     asset::RenderAssetUsages,
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    render::{
+        render_resource::{Extent3d, TextureDimension, TextureFormat},
+        renderer::RenderDevice,
+    },
     tasks::{AsyncComputeTaskPool, Task, block_on, futures::check_ready},
 };
 use std::path::PathBuf;
@@ -29,9 +32,27 @@ const GRADIENT_SIZE: UVec2 = UVec2::new(128, 64);
 #[derive(Component)]
 pub(super) struct FallbackFile(Task<Option<(EnvironmentOrigin, EquirectPixels)>>);
 
-fn open_files(saved: Option<PathBuf>, file: Option<PathBuf>) -> Option<(EnvironmentOrigin, EquirectPixels)> {
+fn open_files(
+    saved: Option<PathBuf>,
+    file: Option<PathBuf>,
+    max_edge: u32,
+) -> Option<(EnvironmentOrigin, EquirectPixels)> {
     let open = |path: PathBuf, origin| match EquirectPixels::open(&path) {
-        Ok(pixels) => Some((origin, pixels)),
+        Ok(pixels) => {
+            let (size, fitting) = (pixels.size, pixels.limited_to(max_edge));
+            if fitting.size != size {
+                warn!(
+                    "EnvironmentFallback: {} of {} × {} pixels is larger than the textures of this device, which end at \
+                     {max_edge}; it is scaled down to {} × {}",
+                    path.display(),
+                    size.x,
+                    size.y,
+                    fitting.size.x,
+                    fitting.size.y
+                );
+            }
+            Some((origin, fitting))
+        }
         Err(EnvironmentFileError::Read { .. }) if origin == EnvironmentOrigin::Saved && !path.exists() => None,
         Err(error) => {
             warn!("EnvironmentFallback: {error}; the next choice is taken");
@@ -81,7 +102,9 @@ pub(super) fn choose_fallbacks(
     lenses: Query<(), With<LensView>>,
     markers: Query<SeenMarker>,
     time: Res<Time<Real>>,
+    device: Option<Res<RenderDevice>>,
 ) {
+    let max_edge = device.map_or(u32::MAX, |device| device.limits().max_texture_dimension_2d);
     // All cameras share the measured environment.
     let is_measured = !lenses.is_empty()
         || probes.iter().any(|measurement| measurement.view.is_some())
@@ -104,7 +127,7 @@ pub(super) fn choose_fallbacks(
         let is_asked = fallback.saved.is_some() || fallback.file.is_some();
         if fallback.is_changed() && is_asked {
             let (saved, path) = (fallback.saved.clone(), fallback.file.clone());
-            let task = AsyncComputeTaskPool::get().spawn(async move { open_files(saved, path) });
+            let task = AsyncComputeTaskPool::get().spawn(async move { open_files(saved, path, max_edge) });
             if !is_lockstep {
                 commands.entity(entity).insert(FallbackFile(task));
             } else if let Some(found) = block_on(task) {

@@ -3,7 +3,10 @@
 use super::{bounding_sphere::BoundingSphere, refresh::Movement};
 use crate::phantom::StageRole;
 use bevy::{
-    camera::primitives::Aabb,
+    camera::{
+        primitives::Aabb,
+        visibility::{RenderLayers, VisibilityRange, VisibleEntityRanges},
+    },
     ecs::{query::QueryData, system::SystemParam},
     light::NotShadowCaster,
     math::{Affine2, BVec3A, Vec3A},
@@ -11,6 +14,7 @@ use bevy::{
         morph::{MeshMorphWeights, MorphAttributes, MorphWeights},
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
+    pbr::decal::ForwardDecal,
     platform::collections::HashMap,
     prelude::*,
 };
@@ -73,15 +77,19 @@ pub(super) struct CasterData {
     aabb: &'static Aabb,
     role: &'static StageRole,
     visibility: &'static InheritedVisibility,
+    layers: Option<&'static RenderLayers>,
+    has_range: Has<VisibilityRange>,
     skin: Option<&'static SkinnedMesh>,
     morph: Option<&'static MeshMorphWeights>,
     alpha_mask: Option<&'static AlphaMask>,
 }
 
-/// System parameter that collects all casters.
+/// System parameter that collects all casters. Decals are meshes too, but paint on others.
 #[derive(SystemParam)]
 pub(super) struct Casters<'w, 's> {
-    meshes: Query<'w, 's, CasterData, Without<NotShadowCaster>>,
+    meshes: Query<'w, 's, CasterData, (Without<NotShadowCaster>, Without<ForwardDecal>)>,
+    cameras: Query<'w, 's, (Entity, &'static Camera)>,
+    ranges: Option<Res<'w, VisibleEntityRanges>>,
     transforms: Query<'w, 's, &'static GlobalTransform>,
     morph_weights: Query<'w, 's, &'static MorphWeights>,
     bind_poses: Res<'w, Assets<SkinnedMeshInverseBindposes>>,
@@ -91,8 +99,8 @@ pub(super) struct Casters<'w, 's> {
 }
 
 impl Casters<'_, '_> {
-    /// Returns all visible casters.
-    pub(super) fn gather(&mut self) -> Vec<Caster> {
+    /// Returns all visible casters that share a layer with the dome.
+    pub(super) fn gather(&mut self, dome_layers: Option<&RenderLayers>) -> Vec<Caster> {
         for change in self.mesh_changes.read() {
             if let AssetEvent::Modified { id } | AssetEvent::Removed { id } = change {
                 self.morph_reach.remove(id);
@@ -102,7 +110,18 @@ impl Casters<'_, '_> {
         for id in morphed.map(|item| item.mesh.id()) {
             self.morph_reach.entry(id).or_insert_with(|| morph_reach(self.mesh_data.get(id)));
         }
-        self.meshes.iter().filter_map(|item| self.caster(item)).collect()
+        let layers = dome_layers.unwrap_or_default();
+        let is_lit = |item: &CasterDataItem| item.layers.unwrap_or_default().intersects(layers);
+        self.meshes.iter().filter(is_lit).filter_map(|item| self.caster(item)).collect()
+    }
+
+    /// Returns whether an entity is in its visibility range for any active camera.
+    fn is_in_range(&self, entity: Entity) -> bool {
+        let Some(ranges) = &self.ranges else {
+            return true;
+        };
+        let active = self.cameras.iter().filter(|(_, camera)| camera.is_active);
+        active.map(|(camera, _)| camera).any(|camera| ranges.entity_is_in_range_of_view(entity, camera))
     }
 
     /// Returns the maximum distance by which weights move vertices out of the rest pose, in units of the mesh.
@@ -117,7 +136,7 @@ impl Casters<'_, '_> {
             StageRole::Phantom(phantom) if phantom.casts => true,
             StageRole::Phantom(_) => return None,
         };
-        if !item.visibility.get() {
+        if !item.visibility.get() || (item.has_range && !self.is_in_range(item.entity)) {
             return None;
         }
         let (mesh, world_from_local) = (item.mesh.id(), item.transform.affine());

@@ -5,6 +5,9 @@ use bevy::prelude::*;
 
 /// Dome of shadow-casting directions colored by the measured environment. The up axis of the dome is the entity's +Y.
 ///
+/// As with Bevy's lights, meshes cast shadows if their `RenderLayers` share a layer with those of the dome; without the
+/// component, both are on layer 0. A mesh that casts and is not seen is on a layer of the dome that no camera has.
+///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_mirrorball::prelude::*;
@@ -19,6 +22,9 @@ use bevy::prelude::*;
 pub struct ShadowDomeLight {
     /// Number of directions with shadow maps, 1…1024 (clamped), spread evenly over the `coverage`. A single direction
     /// points along the entity's +Y, for a light placed by hand. Defaults to 64.
+    ///
+    /// The shadow of something small on a far wall falls apart into one spot per direction. In a room, 64 directions
+    /// leave spots of up to 4/255, 160 of up to 2/255 (example `shadow_lab`).
     pub directions: u32,
     /// Part of the sphere over which the directions are spread. Defaults to the upper hemisphere.
     pub coverage: DomeCoverage,

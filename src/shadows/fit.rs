@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{camera::ArCamera, environment_map::EnvironmentCube, lighting::RealLight, luminance::luminance};
 use bevy::{
+    camera::visibility::RenderLayers,
     ecs::system::SystemParam,
     prelude::*,
     render::gpu_readback::{Readback, ReadbackComplete},
@@ -21,8 +22,13 @@ use std::sync::Arc;
 /// Filter for Bevy's lamps, whose light falls on real things too.
 pub(crate) type Lamp = Or<(With<PointLight>, With<SpotLight>, With<DirectionalLight>)>;
 
-type DomeItem =
-    (&'static ShadowDomeLight, &'static GlobalTransform, &'static mut DomeState, Option<&'static DomeLights>);
+type DomeItem = (
+    &'static ShadowDomeLight,
+    &'static GlobalTransform,
+    &'static mut DomeState,
+    Option<&'static DomeLights>,
+    Option<&'static RenderLayers>,
+);
 
 /// The lights that a dome follows.
 #[derive(SystemParam)]
@@ -81,12 +87,12 @@ pub(super) fn fit_dome(
     mut spread: Local<SpreadDirections>,
 ) {
     let refreshing = &mut *refreshing;
-    let Some((dome, transform, mut state, file)) = domes.iter_mut().next() else {
+    let Some((dome, transform, mut state, file, layers)) = domes.iter_mut().next() else {
         fitted.set_if_neq(FittedDome::default());
         *refreshing = Refreshing { readback: refreshing.readback, ..default() };
         return;
     };
-    let casters = casters.gather();
+    let casters = casters.gather(layers);
     let spheres: Vec<_> = casters.iter().map(|caster| caster.sphere).collect();
     let sphere = BoundingSphere::around(&spheres).map(|sphere| sphere.or_keep(fitted.sphere));
     let FileViews { directions, views: file_views } = match file.and_then(|file| scene.files.get(&file.0)) {

@@ -41,6 +41,25 @@ pub fn detect_markers(detector: &mut dyn MarkerDetector, frame: &FramePixels, wa
     detected
 }
 
+/// Returns which of the `wanted` numbers are in the mirror image of a frame.
+pub(super) fn detect_mirrored(detector: &mut dyn MarkerDetector, frame: &FramePixels, wanted: &[u32]) -> Vec<u32> {
+    let mut luma = frame.luma8();
+    luma.chunks_exact_mut(frame.size.x as usize).for_each(<[u8]>::reverse);
+    let Some(image) = LumaView::new(frame.size, &luma) else {
+        return Vec::new();
+    };
+    let mut ids = Vec::new();
+    for decimation in [2.0, 1.0] {
+        if ids.is_empty() {
+            ids = detector.detect(image, decimation).into_iter().map(|marker| marker.id).collect();
+            ids.retain(|id| wanted.contains(id));
+        }
+    }
+    ids.sort_unstable();
+    ids.dedup();
+    ids
+}
+
 fn refine_in_linear_light(
     detector: &mut dyn MarkerDetector,
     frame: &FramePixels,
@@ -56,10 +75,15 @@ fn refine_in_linear_light(
     let window = linear_window(frame, start, extent);
     let decimation = if extent.max_element() > MAX_FULL_RESOLUTION_WINDOW { 2.0 } else { 1.0 };
     let candidates = detector.detect(LumaView::new(extent, &window)?, decimation);
-    let refined = candidates.into_iter().find(|candidate| candidate.id == marker.id)?;
-    let corners = refined.corners.map(|corner| corner + start.as_dvec2());
-    let is_same = corners.iter().zip(&marker.corners).all(|(a, b)| a.distance(*b) < MAX_CORNER_MOVE * size);
-    is_same.then_some(corners)
+    // Another sheet with the same number may be in the window too.
+    let is_same = |corners: &[DVec2; 4]| {
+        corners.iter().zip(&marker.corners).all(|(a, b)| a.distance(*b) < MAX_CORNER_MOVE * size)
+    };
+    candidates
+        .into_iter()
+        .filter(|candidate| candidate.id == marker.id)
+        .map(|candidate| candidate.corners.map(|corner| corner + start.as_dvec2()))
+        .find(is_same)
 }
 
 /// Luminance of a window of the frame in linear light, scaled so that its brightest pixel is white.
@@ -76,6 +100,50 @@ fn linear_window(frame: &FramePixels, start: UVec2, extent: UVec2) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Detector of two sheets with one number, of which the second is seen first in windows, and of one that is seen in
+    /// mirrored frames only.
+    struct Twins;
+
+    impl MarkerDetector for Twins {
+        fn detect(&mut self, image: LumaView, _decimation: f32) -> Vec<DetectedMarker> {
+            let square = |x: f64, size: f64, id: u32| {
+                let corners =
+                    [(0.0, 0.0), (size, 0.0), (size, size), (0.0, size)].map(|(u, v)| DVec2::new(x + u, 20.0 + v));
+                DetectedMarker { id, corners, corrected_bits: 0 }
+            };
+            if image.size().x != 100 {
+                // The window around the first one begins 6.5 pixels beside it.
+                let near = |x: f64| DetectedMarker {
+                    corners: square(x, 10.1, 3).corners.map(|c| c - DVec2::Y * 13.5),
+                    ..square(x, 1.0, 3)
+                };
+                return vec![near(15.5), near(6.5)];
+            }
+            if image.pixels()[0] == 0 {
+                return vec![square(10.0, 10.0, 3), square(60.0, 10.0, 3)];
+            }
+            vec![square(10.0, 10.0, 7)]
+        }
+    }
+
+    #[test]
+    fn sheets_with_one_number_are_refined_each_by_itself() {
+        let frame = FramePixels::new(UVec2::splat(100), vec![0; 40_000]).expect("as many bytes as the size says");
+        let found = detect_markers(&mut Twins, &frame, &[3]);
+        assert_eq!(found.len(), 2);
+        assert!((found[0].corners[1].x - 19.6).abs() < 1.0, "{:?}", found[0]);
+        assert!((found[1].corners[0].x - 60.0).abs() < 1.0, "{:?}", found[1]);
+    }
+
+    #[test]
+    fn a_wanted_number_is_found_in_the_mirror_image() {
+        let mut rgba = vec![0; 40_000];
+        rgba[396..399].fill(255);
+        let frame = FramePixels::new(UVec2::splat(100), rgba).expect("as many bytes as the size says");
+        assert_eq!(detect_mirrored(&mut Twins, &frame, &[3, 7]), [7]);
+        assert!(detect_mirrored(&mut Twins, &frame, &[3]).is_empty());
+    }
 
     /// Detector that sees one marker at half resolution only, one at full resolution only, and one at both.
     struct Resolutions;

@@ -1,16 +1,17 @@
 //! Detector of a game, and the systems that run it.
 
 use super::{
-    DetectedMarker, DetectedMarkers, MarkerAnchor, MarkerDetector, TrackingError, detect_markers::detect_markers,
+    DetectedMarkers, MarkerAnchor, MarkerDetector, TrackingError,
+    detect_markers::{detect_markers, detect_mirrored},
 };
-use crate::camera::{ArCamera, ArrivingFrame, CameraFrame, FramePixels};
+use crate::camera::{ArCamera, ArrivingFrame, CameraFrame};
 use bevy::{
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
 };
 use std::{
     sync::{Arc, Mutex, PoisonError},
-    time::{Duration, Instant},
+    time::Instant,
 };
 
 /// Marker detector of a game: that of AprilTag, unless the game inserts its own. Runs in the background for live
@@ -36,16 +37,33 @@ impl MarkerDetection {
         Err(TrackingError::NoDetector)
     }
 
-    /// Runs [`detect_markers`](fn@detect_markers) and measures its time. Waits while a frame of another camera is
-    /// searched.
-    fn detect(&self, frame: &FramePixels, wanted: &[u32]) -> (Vec<DetectedMarker>, Duration) {
+    /// Runs [`detect_markers`](fn@detect_markers) and measures its time; now and then looks for markers in the mirror
+    /// image if none of the wanted ones is there. Waits while a frame of another camera is searched.
+    fn detect(&self, frame: &CameraFrame, wanted: &[u32], last_mirrored: &[u32]) -> DetectedMarkers {
         // A detector that panicked once may work on the next frame.
         let mut detector = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let started = Instant::now();
-        let markers = detect_markers(&mut *detector, frame, wanted);
-        (markers, started.elapsed())
+        let markers = detect_markers(&mut *detector, &frame.pixels, wanted);
+        let is_seen = markers.iter().any(|marker| wanted.contains(&marker.id));
+        let mirrored = match () {
+            () if wanted.is_empty() || is_seen => Vec::new(),
+            () if frame.sequence.saturating_sub(1).is_multiple_of(MIRROR_INTERVAL) => {
+                detect_mirrored(&mut *detector, &frame.pixels, wanted)
+            }
+            () => last_mirrored.to_vec(),
+        };
+        if !mirrored.is_empty() {
+            warn_once!(
+                "the frames of the camera are mirrored: the markers {mirrored:?} are only in their mirror image. Switch \
+                 mirroring off where the frames come from, or flip them before they become frames"
+            );
+        }
+        DetectedMarkers { sequence: frame.sequence, markers, cpu_time: started.elapsed(), mirrored }
     }
 }
+
+/// Number of frames from one search of the mirror image to the next.
+const MIRROR_INTERVAL: u64 = 30;
 
 /// Numbers of the valid anchors of the game.
 fn wanted_ids<'a>(anchors: impl Iterator<Item = &'a MarkerAnchor>) -> Vec<u32> {
@@ -56,7 +74,7 @@ fn wanted_ids<'a>(anchors: impl Iterator<Item = &'a MarkerAnchor>) -> Vec<u32> {
 #[derive(Component)]
 pub(super) struct RunningDetection(Task<(CameraFrame, DetectedMarkers)>);
 
-type ArrivedCamera = (Entity, &'static ArrivingFrame, Has<RunningDetection>);
+type ArrivedCamera = (Entity, &'static ArrivingFrame, Has<RunningDetection>, Option<&'static DetectedMarkers>);
 
 /// Publishes live frames together with their markers. Searches one frame of a camera at a time.
 pub(super) fn detect_in_background(
@@ -73,7 +91,7 @@ pub(super) fn detect_in_background(
             finished.push(camera);
         }
     }
-    for (camera, arriving, is_running) in &arrived {
+    for (camera, arriving, is_running, last) in &arrived {
         if is_running && !finished.contains(&camera) {
             continue;
         }
@@ -85,9 +103,9 @@ pub(super) fn detect_in_background(
             continue;
         };
         let wanted = wanted_ids(anchors.iter());
+        let mirrored = last.map_or_else(Vec::new, |last| last.mirrored.clone());
         let search = async move {
-            let (markers, cpu_time) = detection.detect(&frame.pixels, &wanted);
-            let detected = DetectedMarkers { sequence: frame.sequence, markers, cpu_time };
+            let detected = detection.detect(&frame, &wanted, &mirrored);
             (frame, detected)
         };
         camera.insert(RunningDetection(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(search)));
@@ -123,7 +141,7 @@ pub(super) fn detect_at_once(
             }
             return;
         };
-        let (markers, cpu_time) = detection.detect(&frame.pixels, &wanted);
-        commands.entity(camera).insert(DetectedMarkers { sequence: frame.sequence, markers, cpu_time });
+        let mirrored = last.map_or(&[][..], |last| &last.mirrored);
+        commands.entity(camera).insert(detection.detect(frame, &wanted, mirrored));
     }
 }

@@ -28,6 +28,13 @@
 //! A lost marker is a state, not an error: [`MarkerTracking::state`] changes, everything keeps its last pose, and
 //! tracking resumes when the marker is detected again.
 //!
+//! # Several sheets with one number
+//! Each anchor stays with the sheet that it followed, by its place in the frame, also while that sheet is out of sight
+//! for up to 30 frames. [`MarkerTracking::copies`] counts the sheets, and a warning says once that there are several.
+//!
+//! # Mirrored frames
+//! No marker can be read in a mirrored frame. [`DetectedMarkers::mirrored`] and a warning say so.
+//!
 //! # Cost
 //! With the AprilTag library about 8 ms of CPU for a 640 × 480 frame and 30 ms for 1280 × 720; four times that if a
 //! wanted marker is not detected at half resolution.
@@ -42,6 +49,7 @@ mod placement;
 mod pose;
 #[cfg(feature = "apriltag")]
 mod print;
+mod same_number;
 mod track;
 
 #[cfg(feature = "apriltag")]
@@ -108,7 +116,7 @@ pub enum TrackingError {
 /// ```
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility, MarkerTracking, MarkerViews)]
+#[require(Transform, Visibility, MarkerTracking, MarkerViews, same_number::FollowedSheets)]
 pub struct MarkerAnchor {
     /// Number of the marker in its family (tag36h11: 0…586).
     pub id: u32,
@@ -175,6 +183,9 @@ pub struct MarkerTracking {
     pub reprojection_error: f32,
     /// Sequence number of the frame in which the marker was last detected.
     pub last_seen: Option<u64>,
+    /// Number of markers in the newest frame that bear the anchor's number. If there are several, the pose is that of
+    /// the one that was followed before, and of the largest at first.
+    pub copies: u32,
     /// Camera whose frames show the marker so. `None` before the first frame, and for a game that tracks by itself:
     /// then it counts for every camera.
     pub camera: Option<Entity>,
@@ -190,6 +201,10 @@ pub struct DetectedMarkers {
     pub markers: Vec<DetectedMarker>,
     /// CPU time of the detection.
     pub cpu_time: Duration,
+    /// Numbers of anchors that are not in the frame, but in its mirror image: the frames are mirrored, as previews of
+    /// front cameras are, and have to be turned around before they become frames. Looked for in every thirtieth frame
+    /// without a wanted marker.
+    pub mirrored: Vec<u32>,
 }
 
 /// Detects markers and moves the camera or the anchors.

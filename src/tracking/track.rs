@@ -3,6 +3,7 @@
 use super::{
     DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking, MarkerViews, PoseCandidates, WorldOrigin,
     placement::Placement,
+    same_number::{FollowedSheets, SameNumber},
 };
 use crate::camera::{ArCamera, CameraFrame, Intrinsics, camera_rank};
 use bevy::{ecs::entity::EntityHashMap, prelude::*};
@@ -16,7 +17,13 @@ pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<Mark
 }
 
 type TrackedCamera = (Entity, &'static Camera, &'static ArCamera, &'static CameraFrame, Ref<'static, DetectedMarkers>);
-type TrackedAnchor = (Ref<'static, MarkerAnchor>, &'static mut MarkerTracking, &'static mut MarkerViews);
+type TrackedAnchor = (
+    Entity,
+    Ref<'static, MarkerAnchor>,
+    &'static mut MarkerTracking,
+    &'static mut MarkerViews,
+    &'static mut FollowedSheets,
+);
 
 /// Estimates the pose of each marker in the newest frame of each camera.
 pub(super) fn estimate_poses(cameras: Query<TrackedCamera>, mut anchors: Query<TrackedAnchor>) {
@@ -27,10 +34,11 @@ pub(super) fn estimate_poses(cameras: Query<TrackedCamera>, mut anchors: Query<T
     if !anchors.is_empty() && sorted.iter().any(|(_, _, ar_camera, frame, _)| is_assumed(ar_camera, frame)) {
         warn_once!("ArCamera has no intrinsics: poses are measured with an assumed field of view of 60°");
     }
-    for (anchor, mut tracking, mut views) in &mut anchors {
+    for (entity, anchor, mut tracking, mut views, mut sheets) in &mut anchors {
         let mut is_new = false;
         if views.iter().any(|(camera, _)| !cameras.contains(camera)) {
             views.retain(|camera| cameras.contains(camera));
+            sheets.retain(|camera| cameras.contains(camera));
             is_new = true;
         }
         if anchor.check().is_err() {
@@ -38,7 +46,10 @@ pub(super) fn estimate_poses(cameras: Query<TrackedCamera>, mut anchors: Query<T
         }
         for (camera, _, ar_camera, frame, detected) in &sorted {
             if detected.is_changed() || anchor.is_changed() {
-                views.of(*camera).update(&anchor, detected, &ar_camera.intrinsics_for(frame));
+                let intrinsics = ar_camera.intrinsics_for(frame);
+                let sheet = sheets.of(*camera);
+                views.of(*camera).update(&anchor, detected, sheet, &intrinsics);
+                sheet.report_copies(entity, &anchor, *camera, views.of(*camera).copies);
                 is_new = true;
             }
         }
@@ -64,12 +75,18 @@ impl MarkerState {
 }
 
 impl MarkerTracking {
-    /// Follows the markers that were detected in a frame.
-    fn update(&mut self, anchor: &MarkerAnchor, detected: &DetectedMarkers, intrinsics: &Intrinsics) {
-        let candidates = detected
-            .markers
-            .iter()
-            .find(|marker| marker.id == anchor.id)
+    /// Follows the sheet of an anchor among the markers that were detected in a frame.
+    fn update(
+        &mut self,
+        anchor: &MarkerAnchor,
+        detected: &DetectedMarkers,
+        sheet: &mut SameNumber,
+        intrinsics: &Intrinsics,
+    ) {
+        let seen: Vec<_> = detected.markers.iter().filter(|marker| marker.id == anchor.id).collect();
+        self.copies = seen.len() as u32;
+        let candidates = sheet
+            .choose(&seen)
             .and_then(|marker| PoseCandidates::from_corners(&marker.corners, intrinsics, anchor.size.into()));
         self.candidates = candidates;
         match candidates {

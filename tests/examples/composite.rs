@@ -77,7 +77,12 @@ fn bad_input_ends_with_a_message_that_says_what_to_do() {
         {"name": "ball", "translation": [5, 0, 0], "extras": {"LightProbeSphere": {"radius": 0.05}}}]}"#;
     std::fs::write(&far_ball, json).expect("written");
     let out = scratch("never.png");
-    let cases: [(&str, &str, &str, &[&str]); 6] = [
+    let selfie = scratch("selfie.png");
+    let photo = image::open(DESK[1]).expect("shipped");
+    photo.fliph().save(&selfie).expect("written");
+    let cases: [(&str, &str, &str, &[&str]); 8] = [
+        (text(&selfie), DESK[3], DESK[5], &["no marker", "selfie.png", "mirrored", "flip it"]),
+        (DESK[1], "1203.66,1203.66,640,480", DESK[5], &["--intrinsics", "640 × 480", "1280 × 960"]),
         (DESK[1], DESK[3], text(&far_ball), &["no ball", "far_ball.gltf", "photo.jpg"]),
         (text(&gray), "600,600,160,120", DESK[5], &["no marker", "gray.png"]),
         ("missing.png", DESK[3], DESK[5], &["missing.png"]),
@@ -96,6 +101,20 @@ fn bad_input_ends_with_a_message_that_says_what_to_do() {
         assert!(!said.contains("panicked"), "{said}");
     }
     assert!(!out.exists());
+}
+
+#[test]
+fn a_scene_may_have_a_number_sign_in_its_name() {
+    let [scene, out] = ["desk #2.glb", "number_sign.png"].map(scratch);
+    std::fs::copy(DESK[5], &scene).expect("written");
+    let small = scratch("small_photo.png");
+    let photo = image::open(DESK[1]).expect("shipped").resize_exact(320, 240, image::imageops::FilterType::Triangle);
+    photo.save(&small).expect("written");
+    let arguments =
+        ["--frame", text(&small), "--intrinsics", "300.9,300.9,160,120", "--scene", text(&scene), "--out", text(&out)];
+    let Some(output) = built_example::run("composite", &arguments) else { return };
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(out.exists());
 }
 
 /// A picture in linear light.

@@ -5,5 +5,9 @@ mod composite;
 #[cfg(feature = "egui")]
 mod dance_stage;
 mod no_renderer;
+mod picture_writers;
+#[cfg(feature = "egui")]
+mod room_walls;
 #[path = "../support/shared_data.rs"]
 mod shared_data;
+mod unwrap_ball;

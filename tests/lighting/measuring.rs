@@ -73,6 +73,9 @@ fn the_checklist_leads_from_nothing_to_measured_light() {
     app.update();
     expect(&mut app, "feed", Good, "640 × 480");
     expect(&mut app, "lens", Warning, "60°");
+    let of_twice_the_size = Intrinsics { center: INTRINSICS.center * 2.0, ..INTRINSICS };
+    app.world_mut().entity_mut(camera).insert(ArCamera::new(of_twice_the_size));
+    expect(&mut app, "lens", Warning, "those of 1280 × 960");
     app.world_mut().entity_mut(camera).insert(ArCamera::new(INTRINSICS));
     expect(&mut app, "lens", Good, "known");
 

@@ -35,7 +35,12 @@ impl Desk {
 
     /// The same, shown in another frame.
     pub(crate) fn in_measured_room(rgba: Vec<u8>) -> Option<Self> {
-        let mut desk = Self::in_unknown_room(rgba)?;
+        Self::in_game(drawing::app()?, rgba)
+    }
+
+    /// The same in an app with what a game adds.
+    pub(crate) fn in_game(app: App, rgba: Vec<u8>) -> Option<Self> {
+        let mut desk = Self::without_light(app, rgba)?;
         let sky = UniformSky { radiance: Some(Vec3::splat(SKY)) };
         let ball = (LightProbeSphere::default(), sky, Transform::from_xyz(0.2, 0.05, 0.1));
         desk.app.world_mut().entity_mut(desk.probe).insert(ball);
@@ -45,7 +50,10 @@ impl Desk {
 
     /// Without ball and dome: their entities are empty.
     pub(crate) fn in_unknown_room(rgba: Vec<u8>) -> Option<Self> {
-        let mut app = drawing::app()?;
+        Self::without_light(drawing::app()?, rgba)
+    }
+
+    fn without_light(mut app: App, rgba: Vec<u8>) -> Option<Self> {
         let (picture, target) = bevy_mirrorball::headless::add_target(&mut app, SIZE);
         let pixels = FramePixels::new(SIZE, rgba).expect("as many bytes as the size says");
         let feed = CameraFeed::pixels(pixels).with_pace(FeedPace::Lockstep);

@@ -9,6 +9,11 @@ use bevy_mirrorball::{
 
 /// A headless app, or `None` with a printed reason where there is nothing to render with.
 pub(crate) fn app() -> Option<App> {
+    app_with(|_| ())
+}
+
+/// The same with what a game adds.
+pub(crate) fn app_with(configure: impl FnOnce(&mut App)) -> Option<App> {
     gpu::app(|app| {
         app.add_plugins((
             CameraPlugin,
@@ -19,5 +24,6 @@ pub(crate) fn app() -> Option<App> {
             ShadowsPlugin,
             MaterialsPlugin,
         ));
+        configure(app);
     })
 }

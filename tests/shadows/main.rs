@@ -3,12 +3,15 @@
 
 mod casters;
 mod come_and_go;
+mod composition;
 mod desk;
 mod dome;
 mod drawing;
 #[path = "../support/gpu.rs"]
 mod gpu;
 mod lamps;
+mod life_cycle;
+mod long_run;
 #[path = "../support/radiance_cube.rs"]
 mod radiance_cube;
 mod ray_truth;

@@ -2,6 +2,7 @@
 //! link the engine.
 
 mod mirrors;
+mod scripts;
 mod size;
 
 use std::path::{Path, PathBuf};

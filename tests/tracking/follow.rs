@@ -151,6 +151,26 @@ fn an_anchor_that_cannot_exist_keeps_searching_until_it_is_corrected() {
     assert_eq!(desk.get::<Transform>(desk.camera), before);
 }
 
+#[test]
+fn of_two_sheets_with_one_number_the_first_is_followed() {
+    let mut desk = Desk::new();
+    let anchor = desk.spawn((MarkerAnchor::new(0, SIZE), WorldOrigin));
+    desk.show(&[seen(0, first_view())]);
+    assert_eq!(desk.tracking(anchor).copies, 1);
+    // The other one moves about and is detected first or last, and alone in the end.
+    let other = |i: i32| first_view() * Isometry3d::from_translation(Vec3::new(0.25, 0.0, 0.01 * i as f32));
+    for i in 0..10 {
+        let mut markers = [seen(0, first_view()), seen(0, other(i))];
+        markers.rotate_left(i as usize % 2);
+        desk.show(&markers);
+        assert_eq!((desk.tracking(anchor).copies, desk.tracking(anchor).state), (2, MarkerState::Tracked));
+        assert_same(desk.world_from(desk.camera), first_view().inverse());
+    }
+    desk.show(&[seen(0, other(10))]);
+    assert_eq!(desk.tracking(anchor).state, MarkerState::Lost, "the other does not take its place");
+    assert_same(desk.world_from(desk.camera), first_view().inverse());
+}
+
 /// Scales of whole scenes: centimeters, twice as large, and what only artists do.
 const SCALES: [Vec3; 3] = [Vec3::splat(0.01), Vec3::splat(2.0), Vec3::new(0.5, 0.25, 2.0)];
 

@@ -142,6 +142,23 @@ mod tests {
     }
 
     #[test]
+    fn damaged_bytes_are_no_panic() {
+        let jpeg = sample();
+        let mut random = 1_u64;
+        for _ in 0..500 {
+            let mut bytes = jpeg.clone();
+            for _ in 0..4 {
+                random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                let at = (random >> 33) as usize % bytes.len();
+                bytes[at] = (random >> 20) as u8;
+            }
+            if let Ok(pixels) = decode(&bytes, SIZE) {
+                assert_eq!(pixels.size, SIZE);
+            }
+        }
+    }
+
+    #[test]
     fn rubbish_behind_the_end_mark_does_no_harm() {
         let mut jpeg = sample();
         jpeg.extend([0; 100]);

@@ -77,8 +77,8 @@ fn vertex(in: Vertex) -> VertexOutput {
     let pos_clip = position_world_to_clip(shape[0]);
     let normal_clip = view.clip_from_world * vec4f(shape[1], 0.0);
     // Motion of the projected point when the point moves along the normal.
-    let motion = (normal_clip.xy * pos_clip.w - pos_clip.xy * normal_clip.w) * view.viewport.zw;
-    let offset = motion / max(length(motion), MIN_NORMAL_LENGTH) * outline.width * 2.0 / view.viewport.zw;
+    let motion = (normal_clip.xy * pos_clip.w - pos_clip.xy * normal_clip.w) * view.main_pass_viewport.zw;
+    let offset = motion / max(length(motion), MIN_NORMAL_LENGTH) * outline.width * 2.0 / view.main_pass_viewport.zw;
 
     var out: VertexOutput;
     out.position = vec4f(pos_clip.xy + offset * pos_clip.w, pos_clip.z * (1.0 - HULL_DEPTH_OFFSET), pos_clip.w);

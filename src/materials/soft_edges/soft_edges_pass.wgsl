@@ -52,7 +52,7 @@ fn surface_at(pixel: vec2i) -> Surface {
     let facing = textureLoad(normals, pixel, 0);
     let is_virtual = abs(facing.a - IS_VIRTUAL) < 0.1;
     return Surface(
-        world_position(view.world_from_clip, view.viewport, vec2f(pixel) + sample_position(), depth),
+        world_position(view.world_from_clip, view.main_pass_viewport, vec2f(pixel) + sample_position(), depth),
         normalize(facing.xyz * 2.0 - 1.0), depth > 0.0 && is_virtual, depth > 0.0 && !is_virtual,
     );
 }

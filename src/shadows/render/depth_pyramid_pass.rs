@@ -16,8 +16,7 @@ pub(super) fn depth_pyramid_pass(
     pipeline_cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let (Some(bind_group), Some(reduce)) =
-        (&prepared.bind_group, pipeline_cache.get_compute_pipeline(pipeline.reduce))
+    let (Some(bind_group), Some(reduce)) = (&prepared.bind_group, pipeline_cache.get_compute_pipeline(pipeline.reduce))
     else {
         return;
     };

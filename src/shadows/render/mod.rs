@@ -10,9 +10,9 @@
 //!    [`depth_pyramid_pass`] reduces those of key lights.
 //! 3. [`visibility_pass`] sums visibility × light per sample, between a camera's prepass and its main pass.
 //!
-//! The other shaders are libraries: `dome.wgsl` and `depth_pyramid.wgsl` are the layout of the buffers, `maps.wgsl` and
-//! `soft_shadow.wgsl` read shadow maps,
-//! `visibility.wgsl` sums over directions, `samples.wgsl` reads the prepass, and materials import `receive.wgsl`.
+//! The other shaders are libraries: `dome.wgsl` and `depth_pyramid.wgsl` are the layout of the buffers and
+//! `bindings.wgsl` binds them, `maps.wgsl` and `soft_shadow.wgsl` read shadow maps, `visibility.wgsl` sums over
+//! directions, `samples.wgsl` reads the prepass, and materials import `receive.wgsl`.
 
 mod caster_buffers;
 mod depth_pass;

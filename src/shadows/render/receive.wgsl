@@ -63,8 +63,8 @@ fn lookup_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32)
         let stored = vec4f(unpack2x16float(packed.x), unpack2x16float(packed.y));
         let depth = textureLoad(depth_prepass_texture, pixel, 0);
         let facing = textureLoad(normal_prepass_texture, pixel, 0);
-        let offset =
-            world_position(view.world_from_clip, view.viewport, vec2f(pixel) + sample_position(), depth) - pos_world;
+        let place_on_screen = vec2f(pixel) + sample_position();
+        let offset = world_position(view.world_from_clip, view.main_pass_viewport, place_on_screen, depth) - pos_world;
         let is_same = depth > 0.0 && abs(facing.a - kind) < 0.1;
         let same = surface_similarity(offset, normal, normalize(facing.xyz * 2.0 - 1.0), distance_to_camera);
         let weight = select(0.0, bilinear.x * bilinear.y * same, is_same && stored.a > 0.0);

@@ -69,7 +69,7 @@ fn surface_at(sample: vec2u) -> Surface {
     let facing = textureLoad(normals, pixel, 0);
     // The alpha of the normal is the kind of surface.
     return Surface(
-        world_position(view.world_from_clip, view.viewport, vec2f(pixel) + sample_position(), depth),
+        world_position(view.world_from_clip, view.main_pass_viewport, vec2f(pixel) + sample_position(), depth),
         normalize(facing.xyz * 2.0 - 1.0),
         depth > 0.0 && abs(facing.a - IS_PHANTOM) < 0.1, depth > 0.0 && abs(facing.a - IS_VIRTUAL) < 0.1,
     );

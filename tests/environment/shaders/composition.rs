@@ -53,6 +53,10 @@ const TEXTURED: &[&str] = &["VERTEX_UVS", "VERTEX_UVS_A", "VERTEX_TANGENTS", "VE
 const PREPASSED: &[&str] = &["DEPTH_PREPASS", "NORMAL_PREPASS"];
 /// How shadow maps are read; bilinearly without any of these.
 const FILTERS: [&[&str]; 5] = [&[], &["FILTER_NEAREST"], &["FILTER_GAUSS"], &["FILTER_PCF"], &["FILTER_PCSS"]];
+/// What the engine defines for levels of detail, transparency sorted by depth, and motion vectors.
+const CROSSFADED: &[&str] = &["VISIBILITY_RANGE_DITHER"];
+const SORTED: &[&str] = &["OIT_ENABLED"];
+const MOVING: &[&str] = &["MOTION_VECTOR_PREPASS", "MOTION_VECTOR_PREPASS_OR_DEFERRED_PREPASS"];
 const TONEMAPPED: &[&str] = &["MULTISAMPLED", "TONEMAP_IN_SHADER", "TONEMAP_METHOD_REINHARD", "MAY_DISCARD"];
 
 /// The definitions under which a shader is used; one empty set for those that ask for none.
@@ -64,7 +68,8 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
         Some("image_based.wgsl" | "toon.wgsl") => {
             let filtered = FILTERS.map(|filter| vec![FORWARD, TEXTURED, PREPASSED, filter]);
             let multisampled = vec![FORWARD, TONEMAPPED, PREPASSED, &["KEY_LIGHTS", "SPOTS"] as &[&str]];
-            forward.iter().cloned().chain(filtered).chain([multisampled]).collect()
+            let sorted = vec![FORWARD, TEXTURED, PREPASSED, SORTED, CROSSFADED];
+            forward.iter().cloned().chain(filtered).chain([multisampled, sorted]).collect()
         }
         Some("visibility_pass.wgsl") => {
             let steps: [&[&str]; 3] = [&[], &["TALLY"], &["GATHER"]];
@@ -95,15 +100,18 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let prepass: &[&str] = &["PREPASS_PIPELINE", "VERTEX_NORMALS", "VERTEX_POSITIONS"];
             let (normals, receiving): (&[&str], &[&str]) =
                 (&["PREPASS_FRAGMENT", "NORMAL_PREPASS", "NORMAL_PREPASS_OR_DEFERRED_PREPASS"], &["RECEIVES_SHADOWS"]);
-            vec![vec![prepass], vec![prepass, normals], vec![prepass, normals, receiving]]
+            let moving = vec![prepass, normals, receiving, MOVING, CROSSFADED];
+            vec![vec![prepass], vec![prepass, normals], vec![prepass, normals, receiving], moving]
         }
         Some("phantom.wgsl") => {
             let receiving: &[&str] = &["RECEIVES_SHADOWS"];
             let with_shadows = forward.iter().map(|set| [set.as_slice(), &[receiving]].concat());
             let prepassed = vec![FORWARD, PREPASSED, receiving, &["KEY_LIGHTS", "SPOTS"] as &[&str]];
             let lit = vec![FORWARD, PREPASSED, receiving, &["HAS_LAMPS"] as &[&str]];
-            forward.iter().cloned().chain(with_shadows).chain([prepassed, lit]).collect()
+            let crossfaded = vec![FORWARD, PREPASSED, receiving, CROSSFADED];
+            forward.iter().cloned().chain(with_shadows).chain([prepassed, lit, crossfaded]).collect()
         }
+        Some("engine_features.wgsl") => vec![vec![FORWARD, TEXTURED], vec![FORWARD, TEXTURED, SORTED, CROSSFADED]],
         Some("outline.wgsl") => {
             let without_normals = vec!["MESH_PIPELINE", "VERTEX_POSITIONS", "MORPH_TARGETS"];
             let shapes: [&[&[&str]]; 4] = [

@@ -11,26 +11,27 @@ use bevy_mirrorball::{
 };
 
 /// Of the lamp's light to that of the sky around it, on the desk.
-const LAMP_TO_SKY: f32 = 2.0;
+pub(super) const LAMP_TO_SKY: f32 = 2.0;
 const LAMP_RADIUS: f32 = 0.07;
+/// Directions of the reference within the lamp.
+pub(super) const LAMP_RAYS: u32 = 1024;
 
 /// Evenly spread directions within an angle around one.
-fn cone(around: Vec3, radius: f32) -> impl Iterator<Item = Vec3> {
-    const COUNT: u32 = 128;
+pub(super) fn cone(around: Vec3, radius: f32) -> impl Iterator<Item = Vec3> {
     let (right, up) = around.any_orthonormal_pair();
-    (0..COUNT).map(move |i| {
+    (0..LAMP_RAYS).map(move |i| {
         let (sin, cos) = (i as f32 * 0.618_034 * std::f32::consts::TAU).sin_cos();
-        let across = radius.tan() * ((i as f32 + 0.5) / COUNT as f32).sqrt();
+        let across = radius.tan() * ((i as f32 + 0.5) / LAMP_RAYS as f32).sqrt();
         (around + across * (cos * right + sin * up)).normalize()
     })
 }
 
-/// A lamp among a dim sky, as a cube and as the light that is found in it.
-fn lamp_and_sky(towards: Vec3) -> (Image, RealLight) {
-    let solid_angle = std::f32::consts::TAU * (1.0 - LAMP_RADIUS.cos());
+/// A lamp of an angular radius among a dim sky, as a cube and as the light that is found in it.
+pub(super) fn lamp_and_sky(towards: Vec3, angular_radius: f32) -> (Image, RealLight) {
+    let solid_angle = std::f32::consts::TAU * (1.0 - angular_radius.cos());
     let radiance = LAMP_TO_SKY * std::f32::consts::PI / (solid_angle * towards.y);
     let image = sky_cube(CUBE_EDGE, |dir| {
-        Vec3::splat(0.1 + if dir.angle_between(towards) < LAMP_RADIUS { 0.1 * radiance } else { 0.0 })
+        Vec3::splat(0.1 + if dir.angle_between(towards) < angular_radius { 0.1 * radiance } else { 0.0 })
     });
     let light = RealLight {
         id: 1,
@@ -38,7 +39,7 @@ fn lamp_and_sky(towards: Vec3) -> (Image, RealLight) {
         position: None,
         color: LinearRgba::WHITE,
         irradiance: 0.1 * radiance * solid_angle,
-        angular_radius: LAMP_RADIUS,
+        angular_radius,
         fraction: 0.5,
     };
     (image, light)
@@ -49,13 +50,13 @@ fn a_key_light_throws_its_shadow_where_rays_throw_it() {
     let Some(mut desk) = furnished_desk() else { return };
     desk.forget_light();
     let towards = Vec3::new(-0.1, 0.8, 0.4).normalize();
-    let (image, light) = lamp_and_sky(towards);
+    let (image, light) = lamp_and_sky(towards, LAMP_RADIUS);
     let image = desk.app.world_mut().resource_mut::<Assets<Image>>().add(image);
     desk.app.world_mut().spawn(EnvironmentCube(image));
     desk.app.world_mut().spawn(light);
     // Of all rays together the sky gives the desk 1, so to speak, and the lamp twice as much.
     let mut rays = sky(|_| Vec3::splat(2.0 / RAYS as f32));
-    rays.extend(cone(towards, LAMP_RADIUS).map(|dir| (dir, Vec3::splat(LAMP_TO_SKY / (128.0 * towards.y)))));
+    rays.extend(cone(towards, LAMP_RADIUS).map(|dir| (dir, Vec3::splat(LAMP_TO_SKY / (LAMP_RAYS as f32 * towards.y)))));
     let truth = truth(&things(), &rays);
     let mut errors = |key_lights: u32| {
         set_dome(&mut desk, ShadowDomeLight { key_lights, samples: VisibilitySamples::Full, ..default() });
@@ -83,7 +84,7 @@ fn a_near_key_light_throws_shadows_from_where_it_is() {
     let ball = Vec3::new(0.0, 0.05, 0.0);
     let position = Vec3::new(0.35, 0.55, 0.2);
     let (towards, away) = (position - ball).normalize_and_length();
-    let (image, light) = lamp_and_sky(towards);
+    let (image, light) = lamp_and_sky(towards, LAMP_RADIUS);
     let image = desk.app.world_mut().resource_mut::<Assets<Image>>().add(image);
     // The cube's place is where the light was measured.
     desk.app.world_mut().spawn((EnvironmentCube(image), Transform::from_translation(ball)));
@@ -94,7 +95,7 @@ fn a_near_key_light_throws_shadows_from_where_it_is() {
         .map(|place| {
             let mut rays = sky(|_| Vec3::splat(2.0 / RAYS as f32));
             let (dir, distance) = (position - place).normalize_and_length();
-            let strength = LAMP_TO_SKY / (128.0 * towards.y) * (away / distance).powi(2);
+            let strength = LAMP_TO_SKY / (LAMP_RAYS as f32 * towards.y) * (away / distance).powi(2);
             rays.extend(cone(dir, (lamp_radius / distance).atan()).map(|dir| (dir, Vec3::splat(strength))));
             (place, true_ratio(&things(), &rays, place))
         })

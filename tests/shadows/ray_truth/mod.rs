@@ -3,4 +3,5 @@
 mod key_lights;
 mod rays;
 mod skies;
+mod thin_casters;
 mod virtual_scene;

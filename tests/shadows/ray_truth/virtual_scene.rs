@@ -17,45 +17,65 @@ use bevy_mirrorball::{
     shadows::ShadowsPlugin,
 };
 
-/// The things on a virtual desk under a camera with an environment map, everything this many times as large.
-fn virtual_scene(scale: f32, map: Image, rotation: Quat) -> Option<(App, Handle<Image>, Shot)> {
-    let mut app = gpu::app(|app| {
-        app.add_plugins((PhantomPlugin, ShadowsPlugin, MaterialsPlugin));
-    })?;
-    let map = app.world_mut().resource_mut::<Assets<Image>>().add(map);
-    let (picture, target) = headless::add_target(&mut app, SIZE);
-    let world = app.world_mut();
-    world.spawn(ShadowDomeLight { directions: 256, ..default() });
-    let fov = 2.0 * (0.5 * SIZE.y as f32 / INTRINSICS.focal.y).atan();
-    world.spawn((
-        Camera3d::default(),
-        Projection::from(PerspectiveProjection { fov, near: 0.01 * scale, ..default() }),
-        Transform::from_xyz(0.0, HEIGHT * scale, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z),
-        EnvironmentMapLight {
-            diffuse_map: map.clone(),
-            specular_map: map,
-            intensity: 1.0 / Exposure::default().exposure(),
-            rotation,
-            ..default()
-        },
-        (target, Msaa::Off, Tonemapping::None, DebandDither::Disabled),
-    ));
-    world.insert_resource(GlobalAmbientLight::NONE);
-    let white = StandardMaterial { perceptual_roughness: 1.0, reflectance: 0.0, ..default() };
-    let white = world.resource_mut::<Assets<StandardMaterial>>().add(white);
-    let add = |world: &mut World, mesh: Mesh, center: Vec3| {
-        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-        let place = Transform::from_translation(scale * center).with_scale(Vec3::splat(scale));
-        world.spawn((Mesh3d(mesh), MeshMaterial3d(white.clone()), place)).id()
-    };
-    let ground = add(world, Plane3d::default().mesh().size(2.0, 2.0).build(), Vec3::ZERO);
-    world.entity_mut(ground).insert(NotShadowCaster);
-    (0..12).for_each(|_| app.update());
-    let open = Shot(headless::read_texture(&mut app, &picture).expect("the picture comes back"));
-    for thing in things() {
-        add(app.world_mut(), thing.mesh(), thing.center);
+/// Things on a virtual desk, seen from above.
+pub(super) struct VirtualScene<'a> {
+    pub(super) things: &'a [Thing],
+    /// Everything is this many times as large.
+    pub(super) scale: f32,
+    /// Position of the camera before scaling.
+    pub(super) camera: Vec3,
+    pub(super) map: Image,
+    pub(super) map_rotation: Quat,
+    pub(super) dome: ShadowDomeLight,
+}
+
+impl VirtualScene<'_> {
+    /// Returns the app, its picture, and what is in the picture while the desk is empty.
+    pub(super) fn furnish(self) -> Option<(App, Handle<Image>, Shot)> {
+        let mut app = gpu::app(|app| {
+            app.add_plugins((PhantomPlugin, ShadowsPlugin, MaterialsPlugin));
+        })?;
+        let scale = self.scale;
+        let map = app.world_mut().resource_mut::<Assets<Image>>().add(self.map);
+        let (picture, target) = headless::add_target(&mut app, SIZE);
+        let world = app.world_mut();
+        world.spawn(self.dome);
+        let fov = 2.0 * (0.5 * SIZE.y as f32 / INTRINSICS.focal.y).atan();
+        let on_desk = Vec3::new(self.camera.x, 0.0, self.camera.z);
+        world.spawn((
+            Camera3d::default(),
+            Projection::from(PerspectiveProjection { fov, near: 0.01 * scale, ..default() }),
+            Transform::from_translation(scale * self.camera).looking_at(scale * on_desk, Vec3::NEG_Z),
+            EnvironmentMapLight {
+                diffuse_map: map.clone(),
+                specular_map: map,
+                intensity: 1.0 / Exposure::default().exposure(),
+                rotation: self.map_rotation,
+                ..default()
+            },
+            (target, Msaa::Off, Tonemapping::None, DebandDither::Disabled),
+        ));
+        world.insert_resource(GlobalAmbientLight::NONE);
+        let white = StandardMaterial { perceptual_roughness: 1.0, reflectance: 0.0, ..default() };
+        let white = world.resource_mut::<Assets<StandardMaterial>>().add(white);
+        let add = |world: &mut World, mesh: Mesh, center: Vec3| {
+            let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+            let place = Transform::from_translation(scale * center).with_scale(Vec3::splat(scale));
+            world.spawn((Mesh3d(mesh), MeshMaterial3d(white.clone()), place)).id()
+        };
+        let ground = add(world, Plane3d::default().mesh().size(2.0, 2.0).build(), Vec3::ZERO);
+        world.entity_mut(ground).insert(NotShadowCaster);
+        let open = shoot(&mut app, &picture);
+        for thing in self.things {
+            add(app.world_mut(), thing.mesh(), thing.center);
+        }
+        Some((app, picture, open))
     }
-    Some((app, picture, open))
+}
+
+pub(super) fn shoot(app: &mut App, picture: &Handle<Image>) -> Shot {
+    (0..12).for_each(|_| app.update());
+    Shot(headless::read_texture(app, picture).expect("the picture comes back"))
 }
 
 #[test]
@@ -67,9 +87,16 @@ fn without_probe_and_phantoms_the_cameras_environment_map_casts_shadows_at_any_s
     let truth = truth(&all_virtual, &sky(|dir| light(rotation.inverse() * dir)));
     // Things of half a centimeter, a desk, and a hall with things of three meters.
     for scale in [0.1, 1.0, 20.0] {
-        let Some((mut app, picture, open)) = virtual_scene(scale, sky_cube(64, light), rotation) else { return };
-        (0..12).for_each(|_| app.update());
-        let furnished = Shot(headless::read_texture(&mut app, &picture).expect("the picture comes back"));
+        let scene = VirtualScene {
+            things: &things(),
+            scale,
+            camera: Vec3::new(0.0, HEIGHT, 0.0),
+            map: sky_cube(64, light),
+            map_rotation: rotation,
+            dome: ShadowDomeLight { directions: 256, ..default() },
+        };
+        let Some((mut app, picture, open)) = scene.furnish() else { return };
+        let furnished = shoot(&mut app, &picture);
         let (mut sum, mut worst) = (0.0, 0.0f32);
         for (place, expected) in &truth {
             let at = open.at(*place) + 1;

@@ -3,14 +3,14 @@
 use super::{DESK_FOLDER, complete_set, desk_components, document, folder, glb, write};
 use bevy::prelude::*;
 use bevy_mirrorball::{
-    authoring::{AuthoredComponent, AuthoringError, ExtrasProblem, NodeComponents, read_scene_components},
+    authoring::{AuthoredComponent, AuthoringError, ExtrasPlace, ExtrasProblem, NodeComponents, read_scene_components},
     materials::{SurfaceStyle, ToonStyle},
     phantom::PhantomObject,
     probe::LightProbeSphere,
     shadows::ShadowDomeLight,
     tracking::{MarkerAnchor, WorldOrigin},
 };
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::Path;
 
 fn components_of(nodes: &[NodeComponents]) -> Vec<(usize, &str, Vec<AuthoredComponent>)> {
@@ -49,6 +49,62 @@ fn text_and_binary_files_give_the_same_components() {
         let warnings: Vec<_> = nodes.iter().flat_map(|node| &node.warnings).map(|w| (&*w.key, w.meant)).collect();
         assert_eq!(warnings, [("shadowdomelight", "ShadowDomeLight")]);
     }
+}
+
+/// A set whose desk has its component on the mesh, which the shelf uses too, and which has others on its scene.
+fn set_with_extras_elsewhere() -> Value {
+    let mut set = document(json!([
+        {"name": "desk", "mesh": 0},
+        {"name": "shelf", "mesh": 0, "extras": {"PhantomObject": {"receives": false}}},
+    ]));
+    set["meshes"] = json!([{
+        "name": "board",
+        "extras": {"PhantomObject": {"casts": false}, "phantomobject": 1},
+        "primitives": [{"attributes": {"POSITION": 0}, "material": 0}],
+    }]);
+    let corner = json!([0.0, 0.0, 0.0]);
+    set["accessors"] = json!([
+        {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": corner, "max": corner},
+    ]);
+    set["bufferViews"] = json!([{"buffer": 0, "byteLength": 36}]);
+    set["buffers"] = json!([{"byteLength": 36, "uri": "not_read.bin"}]);
+    set["materials"] = json!([{"name": "wood", "extras": {"PhantomObject": {}}}]);
+    set["scenes"][0]["name"] = json!("Room");
+    set["scenes"][0]["extras"] = json!({"ShadowDomeLight": {"directions": 16}, "LightProbeSphere": {}});
+    set
+}
+
+#[test]
+fn components_on_meshes_and_scenes_are_taken_or_named() {
+    let path = write("elsewhere.glb", &glb(&set_with_extras_elsewhere()));
+    let nodes = read_scene_components(&path).expect("no mistake");
+    let phantom =
+        |casts, receives| vec![AuthoredComponent::PhantomObject(PhantomObject { casts, receives, ..default() })];
+    let dome = AuthoredComponent::ShadowDomeLight(ShadowDomeLight { directions: 16, ..default() });
+    let expected = vec![
+        (0, "desk", phantom(false, true)),
+        (1, "shelf", phantom(true, false)),
+        (0, "board", vec![]),
+        (0, "Room", vec![dome]),
+        (0, "wood", vec![]),
+    ];
+    assert_eq!(components_of(&nodes), expected);
+    let warnings: Vec<_> =
+        nodes.iter().flat_map(|n| &n.warnings).map(|w| (w.context.place, &*w.context.node, &*w.key)).collect();
+    let expected = [
+        (ExtrasPlace::Mesh, "board", "phantomobject"),
+        (ExtrasPlace::Scene, "Room", "LightProbeSphere"),
+        (ExtrasPlace::Material, "wood", "PhantomObject"),
+    ];
+    assert_eq!(warnings, expected);
+}
+
+#[test]
+fn a_mistake_on_a_mesh_names_the_mesh() {
+    let mut set = set_with_extras_elsewhere();
+    set["meshes"][0]["extras"] = json!({"PhantomObject": {"casts": 1}});
+    let error = read_scene_components(&write("mesh_mistake.glb", &glb(&set))).expect_err("a mistake").to_string();
+    assert!(error.contains("mesh \"board\": PhantomObject.casts is 1"), "{error}");
 }
 
 #[test]

@@ -60,9 +60,11 @@ fn a_damaged_picture_is_a_state_and_the_next_good_one_ends_it() {
 
 #[test]
 fn what_is_wrong_with_a_clip_is_said_with_file_and_field() {
-    let cases: [(&str, &str, &[&str]); 9] = [
+    let cases: [(&str, &str, &[&str]); 11] = [
         ("no_fps", r#"{"image": [8, 6]}"#, &["clip.json", "fps"]),
         ("bad_fps", r#"{"image": [8, 6], "fps": 0}"#, &["clip.json", "fps", "above 0"]),
+        ("slow_fps", r#"{"image": [8, 6], "fps": 1e-30}"#, &["clip.json", "fps", "0.001 to 1000"]),
+        ("fast_fps", r#"{"image": [8, 6], "fps": 1e30}"#, &["clip.json", "fps", "0.001 to 1000"]),
         ("bad_size", r#"{"image": [8, 0], "fps": 10}"#, &["clip.json", "image"]),
         (
             "bad_focal",

@@ -1,0 +1,56 @@
+// Parts of the engine's StandardMaterial shader (pbr.wgsl) around the shading, for shaders that shade in its place:
+// crossfading of visibility ranges, clustered decals and order-independent transparency.
+
+#define_import_path bevy_mirrorball::materials::engine_features
+
+#import bevy_pbr::{
+    decal::clustered::apply_decals,
+    forward_io::{FragmentOutput, VertexOutput},
+    pbr_fragment::pbr_input_from_standard_material,
+    pbr_functions::{alpha_discard, main_pass_post_lighting_processing},
+    pbr_types::{
+        PbrInput, STANDARD_MATERIAL_FLAGS_ALPHA_MODE_OPAQUE, STANDARD_MATERIAL_FLAGS_ALPHA_MODE_RESERVED_BITS,
+    },
+}
+#ifdef VISIBILITY_RANGE_DITHER
+#import bevy_pbr::pbr_functions::visibility_range_dither
+#endif
+#ifdef OIT_ENABLED
+#import bevy_core_pipeline::oit::oit_draw
+#endif
+
+#ifdef VISIBILITY_RANGE_DITHER
+/// Discards the fragments that another level of detail draws.
+fn crossfade(in: VertexOutput) {
+    visibility_range_dither(in.position, in.visibility_range_dither);
+}
+#else
+fn crossfade(in: VertexOutput) {}
+#endif
+
+/// Surface at a fragment, with its decals. Discards what its alpha mask cuts out.
+fn surface_of(in: VertexOutput, is_front: bool) -> PbrInput {
+    crossfade(in);
+    var surface = pbr_input_from_standard_material(in, is_front);
+    surface.material.base_color = alpha_discard(surface.material, surface.material.base_color);
+    apply_decals(&surface);
+    return surface;
+}
+
+#ifdef OIT_ENABLED
+/// Output of a fragment after shading. Transparent ones are drawn later, sorted by depth.
+fn output_of(surface: PbrInput, shaded: vec4f) -> FragmentOutput {
+    let color = main_pass_post_lighting_processing(surface, shaded);
+    let alpha_mode = surface.material.flags & STANDARD_MATERIAL_FLAGS_ALPHA_MODE_RESERVED_BITS;
+    if alpha_mode != STANDARD_MATERIAL_FLAGS_ALPHA_MODE_OPAQUE {
+        oit_draw(surface.frag_coord, color);
+        discard;
+    }
+    return FragmentOutput(color);
+}
+#else
+/// Output of a fragment after shading.
+fn output_of(surface: PbrInput, shaded: vec4f) -> FragmentOutput {
+    return FragmentOutput(main_pass_post_lighting_processing(surface, shaded));
+}
+#endif
