@@ -1,9 +1,12 @@
 //! Gains on clipped light, handed from the recovery to the unwrap pass.
 
+use super::solver::{PointLight, SolvedLight};
+use crate::environment_map::{EnvironmentCube, cube_directions};
 use bevy::prelude::*;
 use std::sync::Arc;
 
-/// Gain on clipped light per direction, on the entity of a probe. Replaces the single gain of the probe's measurement.
+/// Gain on clipped light per direction, and a small light, on the entity of a probe. Replaces the single gain of the
+/// probe's measurement.
 #[derive(Component, Clone)]
 pub(crate) struct ClipGains(pub(crate) Arc<Vec<Vec4>>);
 
@@ -12,12 +15,71 @@ impl ClipGains {
     /// [`cube_directions`](crate::environment_map::cube_directions).
     pub(crate) const EDGE: u32 = super::solver::CELLS_PER_EDGE;
     /// Number of gains.
-    pub(crate) const COUNT: usize = 6 * (Self::EDGE * Self::EDGE) as usize;
+    const GAINS: usize = 6 * (Self::EDGE * Self::EDGE) as usize;
+    /// Number of vectors: the gains, then direction and squared radius of a small light, then its radiance.
+    pub(crate) const COUNT: usize = Self::GAINS + 2;
+    /// Smallest radius of the spot in the cube that holds a small light, in texels in the middle of a face.
+    const SPOT_TEXELS: f32 = 2.0;
+
+    /// Gains of a solution.
+    pub(crate) fn new(light: &SolvedLight) -> Self {
+        let mut list: Vec<Vec4> = light.gains.iter().map(|gain| gain.extend(1.0)).collect();
+        let mut spot = [Vec4::ZERO; 2];
+        if let Some(PointLight { direction, irradiance, angular_radius, cell, gain_behind }) = light.point_light {
+            if let Some(gain) = list.get_mut(cell) {
+                *gain = gain_behind.extend(1.0);
+            }
+            let squared_radius = (Self::SPOT_TEXELS * 2.0 / EnvironmentCube::SIZE as f32).max(angular_radius).powi(2);
+            // Twin of `small_light` in the shader, summed over the texels, so that the spot holds all of the light.
+            let texels = cube_directions(EnvironmentCube::SIZE);
+            let weights = texels.map(|(dir, solid_angle)| {
+                solid_angle * (1.0 - dir.distance_squared(direction) / squared_radius).max(0.0)
+            });
+            let radiance = irradiance / weights.sum::<f32>().max(f32::MIN_POSITIVE);
+            spot = [direction.extend(squared_radius), radiance.extend(0.0)];
+        }
+        list.extend(spot);
+        Self(Arc::new(list))
+    }
 }
 
 /// Lists are never changed in place: two components are equal if they share one list.
 impl PartialEq for ClipGains {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_spot_of_a_small_light_holds_all_of_it() {
+        for direction in [Vec3::Y, Vec3::new(0.3, 0.8, 0.5), Vec3::new(1.0, 1.0, 1.0), Vec3::new(0.4, 0.1, -0.9)] {
+            let point = PointLight {
+                direction: direction.normalize(),
+                irradiance: Vec3::new(3.0, 2.0, 1.0),
+                angular_radius: 0.0047,
+                cell: 7,
+                gain_behind: Vec3::splat(2.0),
+            };
+            let light = SolvedLight {
+                gains: vec![Vec3::splat(400.0); ClipGains::GAINS],
+                point_light: Some(point),
+                ..SolvedLight::default()
+            };
+            let gains = ClipGains::new(&light);
+            assert_eq!(gains.0.len(), ClipGains::COUNT);
+            assert_eq!((gains.0[6].x, gains.0[7].x, gains.0[8].x), (400.0, 2.0, 400.0));
+            let [place, radiance] = [gains.0[ClipGains::GAINS], gains.0[ClipGains::GAINS + 1]];
+            let texels = cube_directions(EnvironmentCube::SIZE);
+            let lit = texels.map(|(dir, solid_angle)| {
+                let weight = (1.0 - dir.distance_squared(place.truncate()) / place.w).max(0.0);
+                radiance.truncate() * (weight * solid_angle)
+            });
+            let sum: Vec3 = lit.sum();
+            assert!((sum / point.irradiance - 1.0).abs().max_element() < 1e-3, "{direction}: {sum}");
+        }
     }
 }

@@ -174,7 +174,7 @@ fn publish(commands: &mut Commands, entity: Entity, solver: &mut ProbeSolver, re
         return;
     };
     if is_solved {
-        entity.insert(ClipGains(Arc::new(light.gains.iter().map(|gain| gain.extend(1.0)).collect())));
+        entity.insert(ClipGains::new(&light));
     } else {
         entity.remove::<ClipGains>();
     }

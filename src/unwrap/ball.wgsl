@@ -8,7 +8,7 @@
 #import bevy_mirrorball::probe::solids::{hidden_share, inside_of}
 #import bevy_mirrorball::trigonometry::unit_vector
 #import bevy_mirrorball::unwrap::bindings::{blockers, surroundings, unwrap}
-#import bevy_mirrorball::unwrap::clip_gains::gain_from
+#import bevy_mirrorball::unwrap::clip_gains::{gain_from, small_light}
 #import bevy_mirrorball::unwrap::deconvolution::leaked
 #import bevy_mirrorball::unwrap::frame_sampling::{SMOOTH, SOFT_PIXELS, inside_frame, mean_of_frame, sample_frame}
 #import bevy_mirrorball::unwrap::observation::{MIN_CONFIDENCE, Observation, world_direction}
@@ -120,5 +120,6 @@ fn observe(face: u32, p: vec2f, step: f32) -> Observation {
         seen.radiance = mix(seen.radiance, direct.rgb, weight);
         seen.guess_quality = max(seen.guess_quality, weight);
     }
+    seen.radiance += small_light(dir_world);
     return seen;
 }

@@ -54,7 +54,8 @@ struct Unwrap {
 
 @group(0) @binding(0) var frame: texture_2d<f32>;
 @group(0) @binding(1) var<uniform> unwrap: Unwrap;
-/// Factor on clipped pixels for each cell of a cube of directions.
+/// Factor on clipped pixels for each cell of a cube of directions; then direction and squared radius of a small light,
+/// and its radiance.
 @group(0) @binding(2) var<storage, read> clip_gains: array<vec4f>;
 /// Solids that may hide the ball.
 @group(0) @binding(3) var<storage, read> blockers: array<Solid>;

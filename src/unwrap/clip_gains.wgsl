@@ -25,6 +25,15 @@ fn sky_cell(dir: vec3f) -> u32 {
     return (face * GAINS_EDGE + cell.y) * GAINS_EDGE + cell.x;
 }
 
+/// Radiance of the small light in the cube, which is a spot of a few texels. Twin of `ClipGains::new`.
+fn small_light(dir_world: vec3f) -> vec3f {
+    let light = clip_gains[6u * GAINS_EDGE * GAINS_EDGE];
+    let radiance = clip_gains[6u * GAINS_EDGE * GAINS_EDGE + 1u].rgb;
+    let off = dir_world - light.xyz;
+    let weight = max(1.0 - dot(off, off) / max(light.w, 1e-9), 0.0);
+    return select(vec3f(0.0), radiance * weight, light.w > 0.0 && unwrap.gains_by_direction > 0.5);
+}
+
 /// Gain of clipped light from a direction.
 fn gain_from(dir_world: vec3f, dir_camera: vec3f) -> vec3f {
     // The least extra light that explains the paper's brightness is proportional to the cosine at which it arrives.

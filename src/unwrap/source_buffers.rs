@@ -34,7 +34,7 @@ impl Default for SourceBuffers {
         let numbers = ProbeLens::Equirect.numbers(UVec2::ONE);
         let mut uniform = UniformBuffer::from(UnwrapUniform::of_lens(numbers, Mat3::IDENTITY, Vec3::ONE));
         uniform.set_label(Some("mirrorball_probe_unwrap_uniform"));
-        let mut gains = StorageBuffer::from(vec![Vec4::ONE; ClipGains::COUNT]);
+        let mut gains = StorageBuffer::from(vec![Vec4::ZERO; ClipGains::COUNT]);
         gains.set_label(Some("mirrorball_probe_clip_gains"));
         Self {
             uniform,

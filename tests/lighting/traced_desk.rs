@@ -32,21 +32,23 @@ impl Lamp {
 
     /// Irradiance at a point, with the shadows of balls and paper.
     fn irradiance(&self, desk: &TracedDesk, point: Vec3, normal: Vec3) -> Vec3 {
-        const SAMPLES: usize = 12;
         let to_lamp = self.position - point;
         let distance = to_lamp.length();
         let (dir, sin) = (to_lamp / distance, self.radius / distance);
         let (right, up) = dir.any_orthonormal_pair();
         let solid_angle = 2.0 * PI * (1.0 - (1.0 - sin * sin).sqrt());
-        let lit: f32 = (0..SAMPLES)
+        // Wide ones have noise in the place of bands: the pattern of rays turns from point to point.
+        let samples = if sin > 0.2 { 48 } else { 12 };
+        let turn = if sin > 0.2 { 1e4 * (173.0 * point.x + 311.0 * point.z).sin() } else { 0.0 };
+        let lit: f32 = (0..samples)
             .map(|i| {
-                let (s, c) = (i as f32 * 2.399_963).sin_cos();
-                let r = sin * ((i as f32 + 0.5) / SAMPLES as f32).sqrt();
+                let (s, c) = (i as f32 * 2.399_963 + turn).sin_cos();
+                let r = sin * ((i as f32 + 0.5) / samples as f32).sqrt();
                 let dir = (dir + right * (r * c) + up * (r * s)).normalize();
                 if desk.is_hidden(point, dir) { 0.0 } else { dir.dot(normal).max(0.0) }
             })
             .sum();
-        self.radiance * (solid_angle * lit / SAMPLES as f32)
+        self.radiance * (solid_angle * lit / samples as f32)
     }
 }
 

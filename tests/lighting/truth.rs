@@ -154,19 +154,28 @@ impl TrueSky {
         (self.pixels[row * self.width + column] * reflectance).min(Vec3::ONE) / reflectance
     }
 
+    /// Irradiance at a surface that faces a direction, from what lies within an angle of it, in radians.
+    pub(crate) fn irradiance_around(&self, towards: Vec3, angle: f32) -> Vec3 {
+        let near = self.texels().filter(|(dir, ..)| dir.angle_between(towards) < angle);
+        near.map(|(_, solid_angle, radiance)| radiance * solid_angle).sum()
+    }
+
     /// Irradiance ÷ π at a surface. Below the horizon the map is not what the desk sees, so only the upper half counts.
     pub(crate) fn irradiance_from_above(&self, normal: Vec3) -> Vec3 {
+        let above = self.texels().filter(|(dir, ..)| dir.y > 0.0);
+        above.map(|(dir, solid_angle, radiance)| radiance * (solid_angle * dir.dot(normal).max(0.0))).sum::<Vec3>() / PI
+    }
+
+    /// Direction, solid angle and radiance of each texel.
+    fn texels(&self) -> impl Iterator<Item = (Vec3, f32, Vec3)> {
         let height = self.pixels.len() / self.width;
-        let mut sum = Vec3::ZERO;
-        for (row, pixels) in self.pixels.chunks_exact(self.width).take(height / 2).enumerate() {
+        self.pixels.iter().enumerate().map(move |(i, radiance)| {
+            let (row, column) = (i / self.width, i % self.width);
             let polar = PI * (row as f32 + 0.5) / height as f32;
             let solid_angle = polar.sin() * (PI / height as f32) * (TAU / self.width as f32);
-            for (column, radiance) in pixels.iter().enumerate() {
-                let azimuth = TAU * (column as f32 + 0.5) / self.width as f32 - self.rotation_degrees.to_radians();
-                let dir = Vec3::new(polar.sin() * azimuth.sin(), polar.cos(), -polar.sin() * azimuth.cos());
-                sum += *radiance * (solid_angle * dir.dot(normal).max(0.0));
-            }
-        }
-        sum / PI
+            let azimuth = TAU * (column as f32 + 0.5) / self.width as f32 - self.rotation_degrees.to_radians();
+            let dir = Vec3::new(polar.sin() * azimuth.sin(), polar.cos(), -polar.sin() * azimuth.cos());
+            (dir, solid_angle, *radiance)
+        })
     }
 }

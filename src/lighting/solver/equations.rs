@@ -7,6 +7,7 @@ use super::{
     radiance_cells::RadianceCell,
     regions::{Region, profiles, shape_profile},
     sample_points::{SamplePoint, Surface, sample_radiance},
+    small_light::SmallLight,
 };
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -43,6 +44,8 @@ pub(super) struct Problem<'a> {
     pub profiles: Vec<Vec<f32>>,
     /// Positions of near lights, per region.
     pub positions: Vec<Option<Vec3>>,
+    /// The small light that the last region stands for, if any.
+    pub small_light: Option<SmallLight>,
 }
 
 /// Extra gain of a region according to a darker view, per channel.
@@ -124,7 +127,13 @@ impl<'a> Problem<'a> {
             readings,
             profiles,
             positions: vec![None; regions.len()],
+            small_light: None,
         }
+    }
+
+    /// Index of the region that stands for a small light.
+    pub(super) fn small_region(&self) -> Option<usize> {
+        self.small_light.and(self.regions.len().checked_sub(1))
     }
 
     /// Whether a darker view reveals the brightness of a region.

@@ -105,6 +105,23 @@ fn nearest_occluder<'b, 'a>(
     nearest.map(|k| &mut occluders[k])
 }
 
+/// Irradiance per radiance of a cell at a point if all light of the cell comes from one direction: direct light, and
+/// light by way of the balls.
+pub(super) fn parallel_weight(
+    geometry: DeskGeometry,
+    point: &SamplePoint,
+    reflections: &[BallReflection],
+    cell: &RadianceCell,
+    dir_world: Vec3,
+) -> f32 {
+    let from = point.pos_world + SURFACE_OFFSET * point.normal_world;
+    let cosine = dir_world.dot(point.normal_world);
+    let is_lit = cosine > 0.0 && !geometry.is_hidden(from, dir_world, &mut vec![0; geometry.phantoms.len()]);
+    let direct = if is_lit { cosine * cell.solid_angle } else { 0.0 };
+    let cell = RadianceCell { dir_world, ..*cell };
+    direct + reflections.iter().map(|reflection| reflection.weight(&cell)).sum::<f32>()
+}
+
 /// A light at a finite distance.
 pub(super) struct NearLight<'a> {
     pub geometry: DeskGeometry<'a>,

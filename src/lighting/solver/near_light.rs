@@ -84,7 +84,8 @@ impl Problem<'_> {
         let all_far: Vec<GainResponses> = (0..self.regions.len()).map(|r| self.responses_of(r)).collect();
         for &(dir, inverse) in &known.lights {
             let angle = |r: &usize| self.regions[*r].dir_world.angle_between(dir);
-            let nearest = (0..self.regions.len()).min_by(|a, b| angle(a).total_cmp(&angle(b)));
+            let wide = (0..self.regions.len()).filter(|r| Some(*r) != self.small_region());
+            let nearest = wide.min_by(|a, b| angle(a).total_cmp(&angle(b)));
             if let Some(region) = nearest.filter(|r| angle(r) < MAX_LIGHT_MOTION) {
                 let responses = self.responses_at(region, geometry.light(self.regions[region].dir_world, inverse));
                 self.set_responses(region, &responses);
@@ -191,7 +192,10 @@ impl Problem<'_> {
         let total = self.open_irradiance(GRAY, &gray.x);
         let fraction = |r: usize| gray.x[r] * self.mean_per_gain(r) / total;
         let is_candidate = |r: &usize| {
-            !done.contains(r) && self.regions[*r].rms_radius < MAX_RMS_RADIUS && fraction(*r) >= MIN_PAPER_FRACTION
+            !done.contains(r)
+                && Some(*r) != self.small_region()
+                && self.regions[*r].rms_radius < MAX_RMS_RADIUS
+                && fraction(*r) >= MIN_PAPER_FRACTION
         };
         (0..self.regions.len()).filter(is_candidate).max_by(|&a, &b| fraction(a).total_cmp(&fraction(b)))
     }
@@ -222,7 +226,7 @@ impl Problem<'_> {
     }
 
     /// Mean irradiance of the paper per unit of extra gain.
-    fn mean_per_gain(&self, region: usize) -> f64 {
+    pub(super) fn mean_per_gain(&self, region: usize) -> f64 {
         let papers = self.equations.iter().filter(|e| e.point.surface == Surface::Paper);
         let (sum, count) = papers.fold((0.0, 0.0), |(s, n), e| (s + e.per_gain[region][GRAY], n + 1.0));
         sum / f64::max(count, 1.0)

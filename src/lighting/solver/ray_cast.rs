@@ -73,6 +73,11 @@ impl PhantomSolid {
         })
     }
 
+    /// The triangles in world space.
+    pub(super) fn triangles(&self) -> &[[Vec3; 3]] {
+        &self.triangles
+    }
+
     /// Whether every corner lies within a sphere. Identifies stand-ins for the ball itself.
     pub fn is_within(&self, center: Vec3, radius: f32) -> bool {
         self.triangles.iter().flatten().all(|p| p.distance(center) <= radius)

@@ -29,6 +29,9 @@ const MIN_RELATIVE_IRRADIANCE: f32 = 0.08;
 const PAPER_WEIGHT: f64 = 6.0;
 /// Weight of the prior of least extra light; 1 equals one point.
 const PRIOR_WEIGHT: f64 = 1.0;
+/// Factor on the prior of a small light, whose gain is hundreds of times that of a wide light of the same energy. The
+/// shadows that show where it is also show how strong it is.
+const SMALL_LIGHT_PRIOR: f64 = 1e-6;
 /// Weight of the prior that adjacent regions have the same gain.
 const SMOOTHNESS_WEIGHT: f64 = 10.0;
 /// Weight of the prior that each light has the color of the light as a whole.
@@ -103,7 +106,12 @@ impl Problem<'_> {
         }
         let unit: f64 = if count > 0.0 { wanted / count } else { 1.0 };
         let total: f64 = energies.iter().sum();
-        energies.iter().map(|energy| PRIOR_WEIGHT * energy / (total * unit * unit)).collect()
+        let mut priors: Vec<f64> =
+            energies.iter().map(|energy| PRIOR_WEIGHT * energy / (total * unit * unit)).collect();
+        if let Some(region) = self.small_region() {
+            priors[region] *= SMALL_LIGHT_PRIOR;
+        }
+        priors
     }
 
     /// Fits the least extra gain per region and the inverse albedos.

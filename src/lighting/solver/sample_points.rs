@@ -99,7 +99,7 @@ pub(super) fn phantom_points(
     points.into_iter().step_by(step).collect()
 }
 
-fn is_on_sheet(paper: &Paper, pos_world: Vec3) -> bool {
+pub(super) fn is_on_sheet(paper: &Paper, pos_world: Vec3) -> bool {
     let pos = paper.world_from_marker.inverse().transform_point3(pos_world);
     pos.y.abs() < 0.01 && pos.x.abs().max(pos.z.abs()) < (0.5 + SHEET_MARGIN) * paper.size
 }

@@ -10,7 +10,8 @@ use super::{
     regions::clipped_regions,
     robust_fit::GrayFit,
     sample_points::Surface,
-    solved_light::{SolvedLight, SolvedRegion, cell_gains},
+    small_light::{SmallLight, SmallLightSearch},
+    solved_light::{PointLight, SolvedLight, SolvedRegion, cell_gains},
 };
 use crate::probe::BallView;
 use glam::{Affine3A, Vec3};
@@ -22,6 +23,7 @@ pub struct SolverCache {
     made_for: Option<(Vec<MirrorBall>, Vec<Paper>, Arc<Vec<PhantomSolid>>, Affine3A)>,
     transport: LightTransport,
     distances: KnownDistances,
+    small_light: SmallLightSearch,
 }
 
 /// Largest motion of the camera at which the visibility of the points is not traced again, meters.
@@ -36,9 +38,41 @@ pub fn solve_light(desk: &DeskFrame, cache: &mut SolverCache) -> Option<SolvedLi
     let up_world = desk.papers.first()?.world_from_marker.transform_vector3(Vec3::Y).normalize_or_zero();
     let regions = clipped_regions(&sky, up_world);
     cache.prepare(desk, &sky);
-    let problem = Problem::new(desk, &cache.transport, &sky, &regions);
-    problem.solve(desk, up_world, &mut cache.distances)
+    let SolverCache { transport, distances, small_light: search, .. } = cache;
+    let balls = desk.balls();
+    let geometry = DeskGeometry { balls: &balls, papers: &desk.papers, phantoms: &desk.phantoms };
+    let solve = |small: Option<SmallLight>, distances: &mut KnownDistances| match small {
+        None => Problem::new(desk, transport, &sky, &regions).solve(desk, up_world, distances),
+        Some(light) => {
+            let regions = light.split_off(&regions, &sky);
+            let mut problem = Problem::new(desk, transport, &sky, &regions);
+            problem.set_small_light(light, geometry);
+            problem.solve(desk, up_world, distances)
+        }
+    };
+    let Some(candidate) = search.candidate(desk, geometry, &sky, &regions, up_world) else {
+        return solve(None, distances);
+    };
+    if candidate.is_known {
+        return solve(Some(candidate.light), distances);
+    }
+    let mut distances_with = KnownDistances::default();
+    let (without, with) = (solve(None, distances)?, solve(Some(candidate.light), &mut distances_with)?);
+    // A lamp that is near has sharp shadows too, but they fan out.
+    let is_near = without.regions.iter().any(|region| {
+        region.position.is_some() && region.direction.angle_between(candidate.light.dir_world) < MAX_LAMP_OFFSET
+    });
+    if !search.decide(candidate.light, !is_near && with.cost < MAX_COST_RATIO * without.cost) {
+        return Some(without);
+    }
+    *distances = distances_with;
+    Some(with)
 }
+
+/// Largest cost of the desk with a small light, relative to that without, at which there is one.
+const MAX_COST_RATIO: f64 = 0.99;
+/// Largest angle between a small light and a near lamp that is the same, radians.
+const MAX_LAMP_OFFSET: f32 = 0.25;
 
 /// Light of a frame in which nothing reveals the brightness of clipped light. Clipped light is white, times a gain that
 /// is weighted by the cosine to `up_world`.
@@ -81,6 +115,20 @@ impl SolverCache {
 }
 
 impl Problem<'_> {
+    /// Gain of every cell of the sky, and the small light whose light is in one of the gains.
+    fn cell_gains(&self, gains: &[Vec3], up_world: Vec3) -> (Vec<Vec3>, Option<PointLight>) {
+        let wide = self.small_region().unwrap_or(self.regions.len());
+        let mut all = cell_gains(self.sky, &self.regions[..wide], &self.profiles, &gains[..wide], up_world);
+        let point_light = self.small_light.zip(gains.get(wide)).map(|(light, gain)| {
+            let (gain_behind, cell) = (all[light.cell], &self.sky[light.cell]);
+            all[light.cell] = gain.max(gain_behind);
+            let irradiance = cell.solid_angle * (all[light.cell] - gain_behind) * cell.clipped;
+            let SmallLight { dir_world: direction, angular_radius, cell, .. } = light;
+            PointLight { direction, irradiance, angular_radius, cell, gain_behind }
+        });
+        (all, point_light)
+    }
+
     fn solve(mut self, desk: &DeskFrame, up_world: Vec3, distances: &mut KnownDistances) -> Option<SolvedLight> {
         let regions = self.regions.len();
         let paper_points = self.equations.iter().filter(|e| e.point.surface == Surface::Paper).count();
@@ -88,8 +136,13 @@ impl Problem<'_> {
             return None;
         }
         let gray = self.fit_gray(None);
-        let GrayFit { x, inverse_albedos, weights, equations, .. } = self.locate_near_lights(desk, distances, gray);
-        let max_gain = f64::from(desk.max_gain) - 1.0;
+        let gray = self.fit_small_light(gray);
+        let GrayFit { x, inverse_albedos, weights, equations, cost } = self.locate_near_lights(desk, distances, gray);
+        let max_gain = |region: usize| match self.small_region() {
+            // All of the cell's light comes from a small part of it.
+            Some(small) if small == region => f64::INFINITY,
+            _ => f64::from(desk.max_gain) - 1.0,
+        };
         let mut gains = vec![Vec3::ONE; regions];
         let mut paper_ratio = Vec3::ONE;
         for channel in 0..3 {
@@ -103,8 +156,8 @@ impl Problem<'_> {
                 solved = all[..regions].to_vec();
                 albedos = all[regions..].to_vec();
             }
-            for (gain, x) in gains.iter_mut().zip(&solved) {
-                gain[channel] = 1.0 + x.min(max_gain) as f32;
+            for (region, (gain, x)) in gains.iter_mut().zip(&solved).enumerate() {
+                gain[channel] = 1.0 + x.min(max_gain(region)) as f32;
             }
             paper_ratio[channel] = self.paper_ratio(channel, &solved);
         }
@@ -143,9 +196,12 @@ impl Problem<'_> {
                 confidence: confidence(r),
             })
             .collect();
+        let (gains, point_light) = self.cell_gains(&gains, up_world);
         Some(SolvedLight {
             regions: solved_regions,
-            gains: cell_gains(self.sky, self.regions, &self.profiles, &gains, up_world),
+            gains,
+            point_light,
+            cost,
             points: self.equations.len(),
             paper_points,
             bracketed_regions: (0..regions).filter(|&r| self.is_read(r)).count(),

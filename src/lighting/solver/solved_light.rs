@@ -5,6 +5,7 @@ use super::{
     radiance_cells::RadianceCell,
     regions::{Region, neighbors_of},
 };
+use crate::luminance::luminance;
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -44,7 +45,29 @@ pub struct SolvedLight {
     /// Ratio of the largest to the smallest scale of the equations; large where regions cannot be distinguished.
     pub condition: f32,
     pub(super) sky: Vec<RadianceCell>,
+    /// A small light whose direction the shadows on the desk show.
+    pub(in crate::lighting) point_light: Option<PointLight>,
+    /// Mean of the points' robust costs.
+    pub(super) cost: f64,
 }
+
+/// A light far smaller than a cell of the sky, in one of the cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::lighting) struct PointLight {
+    /// Unit vector, world space.
+    pub direction: Vec3,
+    /// Irradiance at a surface that faces it, linear camera units (radiance · steradian).
+    pub irradiance: Vec3,
+    /// Half of the angle that it subtends, radians.
+    pub angular_radius: f32,
+    /// Index of the cell in whose gain the light is counted.
+    pub cell: usize,
+    /// Gain of the cell without the light.
+    pub gain_behind: Vec3,
+}
+
+/// Largest angle between a small light and a detected one that is the same, radians: half the diagonal of a cell.
+const MAX_CELL_OFFSET: f32 = 0.05;
 
 /// Largest distance between a light's rim and a region that counts as the same light, radians.
 const MAX_REGION_OFFSET: f32 = 0.07;
@@ -73,6 +96,21 @@ impl SolvedLight {
             let nearest = self.regions.iter().min_by(|a, b| angle(a).total_cmp(&angle(b)));
             let is_part = |region: &&SolvedRegion| angle(region) < light.angular_radius + MAX_REGION_OFFSET;
             light.position = nearest.filter(is_part).and_then(|region| region.position);
+        }
+        if let Some(point) = &self.point_light {
+            let is_other = |light: &DetectedLight| {
+                light.direction.angle_between(point.direction) > light.angular_radius + MAX_CELL_OFFSET
+            };
+            lights.retain(is_other);
+            let total: f32 = self.sky().map(|(_, solid_angle, radiance)| luminance(radiance) * solid_angle).sum();
+            lights.push(DetectedLight {
+                direction: point.direction,
+                position: None,
+                irradiance: point.irradiance,
+                angular_radius: point.angular_radius,
+                fraction: luminance(point.irradiance) / total.max(f32::MIN_POSITIVE),
+            });
+            lights.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
         }
         lights
     }

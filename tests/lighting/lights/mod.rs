@@ -7,6 +7,7 @@ mod evidence;
 mod known_rooms;
 #[cfg(feature = "apriltag")]
 mod moving_lamp;
+mod sun_in_clouds;
 mod traced;
 
 use bevy_mirrorball::camera::FramePixels;
