@@ -1,6 +1,6 @@
 //! Gains on clipped light, handed from the recovery to the unwrap pass.
 
-use super::solver::{PointLight, SolvedLight};
+use super::solver::PointLight;
 use crate::environment_map::{EnvironmentCube, cube_directions};
 use bevy::prelude::*;
 use std::sync::Arc;
@@ -21,11 +21,11 @@ impl ClipGains {
     /// Smallest radius of the spot in the cube that holds a small light, in texels in the middle of a face.
     const SPOT_TEXELS: f32 = 2.0;
 
-    /// Gains of a solution.
-    pub(crate) fn new(light: &SolvedLight) -> Self {
-        let mut list: Vec<Vec4> = light.gains.iter().map(|gain| gain.extend(1.0)).collect();
+    /// Gains of the cells of a solution, and its small light.
+    pub(super) fn new(gains: &[Vec3], point_light: Option<PointLight>) -> Self {
+        let mut list: Vec<Vec4> = gains.iter().map(|gain| gain.extend(1.0)).collect();
         let mut spot = [Vec4::ZERO; 2];
-        if let Some(PointLight { direction, irradiance, angular_radius, cell, gain_behind }) = light.point_light {
+        if let Some(PointLight { direction, irradiance, angular_radius, cell, gain_behind }) = point_light {
             if let Some(gain) = list.get_mut(cell) {
                 *gain = gain_behind.extend(1.0);
             }
@@ -64,12 +64,7 @@ mod tests {
                 cell: 7,
                 gain_behind: Vec3::splat(2.0),
             };
-            let light = SolvedLight {
-                gains: vec![Vec3::splat(400.0); ClipGains::GAINS],
-                point_light: Some(point),
-                ..SolvedLight::default()
-            };
-            let gains = ClipGains::new(&light);
+            let gains = ClipGains::new(&[Vec3::splat(400.0); ClipGains::GAINS], Some(point));
             assert_eq!(gains.0.len(), ClipGains::COUNT);
             assert_eq!((gains.0[6].x, gains.0[7].x, gains.0[8].x), (400.0, 2.0, 400.0));
             let [place, radiance] = [gains.0[ClipGains::GAINS], gains.0[ClipGains::GAINS + 1]];

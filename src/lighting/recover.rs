@@ -174,7 +174,7 @@ fn publish(commands: &mut Commands, entity: Entity, solver: &mut ProbeSolver, re
         return;
     };
     if is_solved {
-        entity.insert(ClipGains::new(&light));
+        entity.insert(ClipGains::new(&light.gains, light.point_light));
     } else {
         entity.remove::<ClipGains>();
     }

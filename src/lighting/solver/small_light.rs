@@ -199,7 +199,8 @@ impl SmallLightSearch {
             self.rest -= 1;
             return None;
         }
-        self.rest = SEARCH_PERIOD;
+        // A light that is lost is looked for once more in the next frame.
+        self.rest = if self.found.is_some() { 0 } else { SEARCH_PERIOD };
         let edges = ShadowEdges::new(desk, geometry);
         let light = find_small_light(&edges, sky, regions, up_world, self.found);
         let is_known = self.found.zip(light).is_some_and(|(dir, light)| dir.angle_between(light.dir_world) < MAX_TURN);
