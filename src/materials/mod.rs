@@ -44,9 +44,12 @@
 //! | `DepthOfField` | no effect: Bevy computes it for its own perspective projection only; the log warns | `film::depth_of_field…` |
 //! | `TemporalAntiAliasing` | smooths virtual things; each frame is shown as it is, never mixed with earlier ones, which would take its contrast and drag what moves. Virtual things are not smoothed where a phantom hides them | `time::temporal…` |
 //! | `MotionBlur` | blurs virtual things; the frame has the blur of the real camera. Not together with `TemporalAntiAliasing`; the log warns | `time::motion_blur…` |
+//! | `Fxaa`, `Smaa`, sharpening, color grading, auto exposure, vignette | change the finished picture, the frame in it too; `Msaa` changes virtual things only | `film::antialiasing…` |
+//! | `DistanceFog` | lies before virtual things only | `film::fog…` |
 //! | `ScreenSpaceAmbientOcclusion` | darkens creases of virtual things, also towards phantoms; needs one texture more than WebGPU guarantees | `order::ambient_occlusion…` |
 //! | `DeferredPrepass`, `DefaultOpaqueRendererMethod::deferred` | surfaces of [`SurfaceStyle::Engine`] are drawn deferred, phantoms and the other styles always forward | `order::deferred…` |
 //! | `AlphaMode::Blend` | the frame shows through, and shadows are summed in the fragment shader; casts like an opaque mesh, without `NotShadowCaster` | `order::the_photograph…` |
+//! | `specular_transmission` | refracts the frame; casts like an opaque mesh, without `NotShadowCaster` | `order::the_photograph…` |
 //! | `OrderIndependentTransparencySettings` | the same, sorted by depth; needs more storage buffers than the 8 that WebGPU guarantees | `order::transparency…` |
 //! | `Camera::viewport` | the whole frame, fitted into the viewport | `view::a_viewport…` |
 //! | `MainPassResolutionOverride` | the same with fewer pixels, for what scales them up | `view::a_main_pass…` |

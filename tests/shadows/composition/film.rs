@@ -1,7 +1,8 @@
-//! What happens to the finished picture: high dynamic range, tone mapping, bloom, depth of field.
+//! What happens to the finished picture: high dynamic range, tone mapping, bloom, depth of field, antialiasing, fog.
 
-use super::{ALIKE, ON_TOP, Scene, UNCHANGED};
+use super::{ALIKE, ON_TOP, SEEN, Scene, UNCHANGED};
 use bevy::{camera::Hdr, core_pipeline::tonemapping::Tonemapping, prelude::*};
+use bevy_anti_alias::fxaa::Fxaa;
 use bevy_post_process::{
     bloom::{Bloom, BloomCompositeMode, BloomPrefilter},
     dof::{DepthOfField, DepthOfFieldMode},
@@ -84,4 +85,31 @@ fn depth_of_field_has_no_effect() {
     let shown = scene.shoot();
     scene.check("depth_of_field", &shown, &plain);
     assert!(shown.difference(&plain) <= UNCHANGED, "documented otherwise: {}", shown.difference(&plain));
+}
+
+#[test]
+fn antialiasing_of_the_finished_picture_smooths_the_photograph_too() {
+    let Some(mut scene) = Scene::with_box() else { return };
+    let plain = scene.shoot();
+    scene.on_camera(Fxaa::default());
+    let shown = scene.shoot();
+    shown.save("fxaa");
+    let behind = scene.behind(&shown, &plain);
+    println!("FXAA: {behind}/255 behind, mean {} without, {} with", plain.mean(), shown.mean());
+    assert!(behind > UNCHANGED, "documented otherwise: {behind}/255");
+    assert!((shown.mean() / plain.mean() - 1.0).abs() < 0.01, "{} to {}", plain.mean(), shown.mean());
+}
+
+#[test]
+fn fog_lies_before_virtual_things_only() {
+    let Some(mut scene) = Scene::with_box() else { return };
+    let plain = scene.shoot();
+    let fog = DistanceFog { color: Color::WHITE, falloff: FogFalloff::Linear { start: 0.0, end: 1.0 }, ..default() };
+    scene.on_camera(fog);
+    let shown = scene.shoot();
+    shown.save("fog");
+    let (behind, fogged) = (scene.behind(&shown, &plain), shown.difference_at(&plain, ON_TOP));
+    println!("fog: {behind}/255 behind, box {fogged}/255");
+    assert!(behind <= UNCHANGED, "the camera's picture differs by {behind}/255");
+    assert!(fogged >= SEEN, "the box is not in the fog: {fogged}/255");
 }

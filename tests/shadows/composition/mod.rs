@@ -13,7 +13,7 @@ use crate::{
     drawing,
 };
 use bevy::{camera::RenderTarget, prelude::*};
-use bevy_anti_alias::taa::TemporalAntiAliasPlugin;
+use bevy_anti_alias::{fxaa::FxaaPlugin, taa::TemporalAntiAliasPlugin};
 use bevy_mirrorball::{
     camera::{FramePixels, srgb_to_linear},
     headless,
@@ -53,7 +53,7 @@ impl Scene {
     fn in_game(configure: impl FnOnce(&mut App)) -> Option<Self> {
         let photo = photograph();
         let app = drawing::app_with(|app| {
-            app.add_plugins((PostProcessPlugin, TemporalAntiAliasPlugin));
+            app.add_plugins((PostProcessPlugin, FxaaPlugin, TemporalAntiAliasPlugin));
             configure(app);
         })?;
         let mut desk = Desk::in_game(app, photo.0.clone())?;

@@ -6,6 +6,7 @@ use bevy::{
         oit::OrderIndependentTransparencySettings,
         prepass::{DeferredPrepass, DepthPrepass, NormalPrepass},
     },
+    light::NotShadowCaster,
     pbr::{DefaultOpaqueRendererMethod, ScreenSpaceAmbientOcclusion},
     prelude::*,
 };
@@ -80,6 +81,32 @@ fn the_photograph_shows_through_transparent_things() {
         let outside = Vec3::new(0.3, 0.0, 0.0);
         assert!(shown.difference_at(&scene.photo, outside) <= UNCHANGED, "{style:?}");
     }
+}
+
+#[test]
+fn the_photograph_shows_through_glass_that_refracts() {
+    let Some(mut scene) = Scene::new() else { return };
+    let material = StandardMaterial {
+        base_color: Color::srgb(0.2, 0.9, 0.2),
+        specular_transmission: 1.0,
+        perceptual_roughness: 0.0,
+        reflectance: 0.0,
+        ..default()
+    };
+    let material = scene.add_material(material);
+    // Without a shadow: it would be all that is to be seen through the glass.
+    let sheet = Plane3d::default().mesh().size(0.1, 0.1).build();
+    scene.desk.add(sheet, 0.08 * Vec3::Y, (material, NotShadowCaster));
+    let shown = scene.shoot();
+    shown.save("transmission");
+    let middle = 0.08 * Vec3::Y;
+    let (through, photo) = (shown.linear_at(middle), scene.photo.linear_at(middle));
+    let share = through / photo;
+    println!("through green glass: {through} of {photo}");
+    assert!(share.y > 0.6 && share.y < 1.1, "the photograph does not show through: {share}");
+    assert!(share.x < 0.3 && share.z < 0.3, "the glass has no color: {share}");
+    let outside = Vec3::new(0.3, 0.0, 0.0);
+    assert!(shown.difference_at(&scene.photo, outside) <= UNCHANGED);
 }
 
 #[test]
