@@ -5,8 +5,12 @@ use super::{
     error::{AuthoringError, ExtrasPlace, ExtrasWarning, NodeContext},
     extras::{ParsedExtras, names_in, parse_node_extras},
 };
+use crate::panic_text::panic_text;
 use gltf::{Document, Gltf, json::validation::Error as Contradiction};
-use std::path::Path;
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
+};
 
 /// The components of one node of a glTF file, or of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,7 +101,13 @@ fn parse_document(bytes: &[u8], file: &str) -> Result<Document, AuthoringError> 
     }
     let gltf = Gltf::from_slice_without_validation(bytes).map_err(|error| not_gltf(error.to_string()))?;
     let required: Vec<String> = gltf.extensions_required().map(ToString::to_string).collect();
-    Document::from_json(gltf.document.into_json()).map_err(|error| match error {
+    // The parser takes some indices for granted while it checks them.
+    let check = AssertUnwindSafe(|| Document::from_json(gltf.document.into_json()));
+    let checked = catch_unwind(check).map_err(|panic| {
+        let reason = panic_text(&*panic).unwrap_or("no reason given");
+        AuthoringError::InvalidGltf { file: file.into(), problems: vec![format!("the check gave up: {reason}")] }
+    })?;
+    checked.map_err(|error| match error {
         gltf::Error::Validation(contradictions) => {
             let unsupported: Vec<String> = contradictions
                 .iter()

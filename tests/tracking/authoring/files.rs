@@ -188,6 +188,14 @@ fn contradictions_are_listed_with_their_place() {
 }
 
 #[test]
+fn a_mesh_without_its_accessors_is_invalid_and_no_panic() {
+    let mut set = set_with_extras_elsewhere();
+    set["accessors"] = json!([]);
+    let error = read_scene_components(&write("no_accessors.glb", &glb(&set))).expect_err("invalid");
+    assert!(matches!(error, AuthoringError::InvalidGltf { .. }), "{error:?}");
+}
+
+#[test]
 fn the_desk_model_holds_exactly_its_components() {
     let nodes = read_scene_components(&Path::new(DESK_FOLDER).join("desk.glb")).expect("a faultless model");
     assert_eq!(components_of(&nodes), desk_components());
