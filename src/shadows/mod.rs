@@ -66,8 +66,8 @@
 //! shader.
 //!
 //! Sources: Supan 2006, whose dome subtracts blocked light and refreshes one map per frame; Fernando 2005 for
-//! percentage-closer soft shadows (PCSS); Keller and Heidrich 2001 for interleaved sampling; Williams 1983 for pyramids,
-//! here of maxima as in the depth buffers of Greene, Kass and Miller 1993.
+//! percentage-closer soft shadows (PCSS); Keller and Heidrich 2001 for interleaved sampling; Greene, Kass and Miller
+//! 1993 for pyramids of depths.
 //!
 //! [`RealLight`]: crate::lighting::RealLight
 

@@ -129,7 +129,8 @@ mod tests {
         let dir = Vec3::new(0.3, 0.8, 0.5).normalize();
         let points = silhouettes.outline(dir, 200);
         assert!((190..215).contains(&points.len()), "{}", points.len());
-        let (round, flat): (Vec<&OutlinePoint>, Vec<&OutlinePoint>) = points.iter().partition(|point| point.pos.distance(center) < 0.0501);
+        let (round, flat): (Vec<&OutlinePoint>, Vec<&OutlinePoint>) =
+            points.iter().partition(|point| point.pos.distance(center) < 0.0501);
         // A cube shows six of its edges in outline.
         assert!(round.len() > 60 && flat.len() > 90);
         for point in points {
