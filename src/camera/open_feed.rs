@@ -1,15 +1,18 @@
 //! Opening of feeds: the source behind each kind of feed.
 
-#[cfg(feature = "webcam")]
-use super::webcam::{Captured, Webcam, WebcamStatus};
 use super::{
-    CameraError, CameraFeed, FeedPace, FeedState, FramePixels,
+    CameraError, CameraFeed, FeedPace, FramePixels,
     bracketing::check_exposure,
     clip_source::ClipSource,
     feed::FeedSource,
     image_feed::{ImageSlot, ImageSource},
     image_file::{Decoded, Decoding},
     source::{Arrival, FrameSource, SourceFrame},
+};
+#[cfg(feature = "webcam")]
+use super::{
+    FeedState,
+    webcam::{Captured, Webcam, WebcamStatus},
 };
 use bevy::prelude::*;
 use std::{path::PathBuf, sync::Arc, time::Duration};
