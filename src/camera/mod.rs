@@ -134,6 +134,7 @@ use bevy::{
 ///
 /// Add a [`CameraFeed`] to the same entity. Required components switch off everything that would change the frame:
 /// tone mapping, dithering, ambient light, and motion vectors of the background, with which effects would smear it.
+/// What other effects do is in a table in the documentation of [`materials`](crate::materials).
 ///
 /// ```
 /// # use bevy::prelude::*;

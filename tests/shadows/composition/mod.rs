@@ -113,8 +113,8 @@ impl Scene {
         let is_near = |i: usize| {
             let (x, y) = (i as i32 % SIZE.x as i32, i as i32 / SIZE.x as i32);
             let beside = (-EDGE..=EDGE).flat_map(|dy| (-EDGE..=EDGE).map(move |dx| IVec2::new(x + dx, y + dy)));
-            let inside = beside.filter(|at| at.cmpge(IVec2::ZERO).all() && at.cmplt(SIZE.as_ivec2()).all());
-            inside.into_iter().any(|at| is_virtual[(at.y * SIZE.x as i32 + at.x) as usize])
+            let mut inside = beside.filter(|at| at.cmpge(IVec2::ZERO).all() && at.cmplt(SIZE.as_ivec2()).all());
+            inside.any(|at| is_virtual[(at.y * SIZE.x as i32 + at.x) as usize])
         };
         let is_photo = |i: &usize| plain.pixel_difference(&self.photo, *i) <= 1 && !is_near(*i);
         let pixels = (0..shown.0.len() / 4).filter(is_photo);
