@@ -2,7 +2,7 @@
 
 use super::prepare_backgrounds::PreparedBackground;
 use bevy::{
-    asset::{embedded_asset, io::embedded::EmbeddedAssetRegistry, load_embedded_asset},
+    asset::{embedded_asset, load_embedded_asset},
     camera::{MainPassResolutionOverride, Viewport},
     core_pipeline::{
         Core3d, Core3dSystems, FullscreenShader,
@@ -21,7 +21,7 @@ use bevy::{
         renderer::{RenderContext, RenderDevice, ViewQuery},
         view::{Msaa, ViewDepthTexture, ViewUniform, ViewUniformOffset, ViewUniforms},
     },
-    shader::load_shader_library,
+    shader::{Shader, load_shader_library},
 };
 
 /// Loads the shader library that phantoms use too, with or without this stage.
@@ -30,8 +30,8 @@ pub(crate) fn load_real_motion(app: &mut App) {
 }
 
 pub(super) fn build(app: &mut App) {
-    // Programs that only measure have no assets.
-    if app.world().contains_resource::<EmbeddedAssetRegistry>() {
+    // Programs that only measure have no assets, or none that are shaders.
+    if app.world().contains_resource::<Assets<Shader>>() {
         load_real_motion(app);
         embedded_asset!(app, "background_motion_pass.wgsl");
     }
