@@ -8,6 +8,10 @@ use bevy_anti_alias::taa::TemporalAntiAliasing;
 use bevy_mirrorball::headless;
 use bevy_post_process::motion_blur::MotionBlur;
 
+/// As `ALIKE`, beside the box under temporal antialiasing: within two pixels of a nearer surface Bevy takes that
+/// surface's motion, so the steep shadow there is averaged over samples that move within pixels.
+const JITTERED: u8 = 6;
+
 /// The camera above the desk at a step of a shaky hand.
 fn shaky(step: u32) -> Transform {
     let shift = Vec3::new(0.02, 0.0, -0.015) * if step.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -46,7 +50,7 @@ fn temporal_antialiasing_keeps_the_photograph_at_rest_and_in_motion() {
         Transform::from_xyz(0.0, HEIGHT, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z),
     ));
     let shown = scene.shoot();
-    scene.check("taa", &shown, &plain);
+    scene.check_within(JITTERED, "taa", &shown, &plain);
     let shaking = scene.shoot_shaking();
     shaking.save("taa_shaking");
     let behind = scene.behind(&shaking, &at_rest);
