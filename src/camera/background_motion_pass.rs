@@ -2,7 +2,7 @@
 
 use super::prepare_backgrounds::PreparedBackground;
 use bevy::{
-    asset::{embedded_asset, load_embedded_asset},
+    asset::{embedded_asset, io::embedded::EmbeddedAssetRegistry, load_embedded_asset},
     camera::{MainPassResolutionOverride, Viewport},
     core_pipeline::{
         Core3d, Core3dSystems, FullscreenShader,
@@ -14,25 +14,28 @@ use bevy::{
         RenderApp, RenderStartup,
         camera::{ExtractedCamera, TemporalJitter},
         render_resource::{
-            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedRenderPipelineId,
-            ColorTargetState, ColorWrites, CompareFunction, DepthStencilState, FragmentState, PipelineCache,
-            RenderPassDescriptor, RenderPipelineDescriptor, ShaderStages, StoreOp, binding_types::uniform_buffer,
+            CachedRenderPipelineId, ColorTargetState, ColorWrites, CompareFunction, DepthStencilState, FragmentState,
+            PipelineCache, RenderPassDescriptor, RenderPipelineDescriptor, StoreOp,
         },
-        renderer::{RenderContext, RenderDevice, ViewQuery},
-        view::{Msaa, ViewDepthTexture, ViewUniform, ViewUniformOffset, ViewUniforms},
+        renderer::{RenderContext, ViewQuery},
+        view::{Msaa, ViewDepthTexture},
     },
-    shader::{Shader, load_shader_library},
 };
 
-/// Loads the shader library that phantoms use too, with or without this stage.
-pub(crate) fn load_real_motion(app: &mut App) {
-    load_shader_library!(app, "real_motion.wgsl");
+/// Motion in UV that points out of the view, where temporal antialiasing has no history: it then shows the new frame
+/// alone. With a history it would lower the contrast of frames at rest and drag those in motion. Twin of
+/// `WITHOUT_HISTORY` in `background_motion_pass.wgsl`.
+const WITHOUT_HISTORY: Vec2 = Vec2::splat(8.0);
+
+/// Motion vector of camera frames in a view with or without temporal antialiasing. A frame has moved and blurred in the
+/// real camera already, so motion blur must take it as it is.
+pub(crate) fn motion_of_frame(is_antialiased: bool) -> Vec2 {
+    if is_antialiased { WITHOUT_HISTORY } else { Vec2::ZERO }
 }
 
 pub(super) fn build(app: &mut App) {
-    // Programs that only measure have no assets, or none that are shaders.
-    if app.world().contains_resource::<Assets<Shader>>() {
-        load_real_motion(app);
+    // Programs that only measure have no assets.
+    if app.world().contains_resource::<EmbeddedAssetRegistry>() {
         embedded_asset!(app, "background_motion_pass.wgsl");
     }
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
@@ -44,10 +47,7 @@ pub(super) fn build(app: &mut App) {
 }
 
 #[derive(Resource)]
-struct BackgroundMotionPipeline {
-    layout: BindGroupLayoutDescriptor,
-    pipeline: CachedRenderPipelineId,
-}
+struct BackgroundMotionPipeline(CachedRenderPipelineId);
 
 fn init_background_motion_pipeline(
     mut commands: Commands,
@@ -55,13 +55,8 @@ fn init_background_motion_pipeline(
     fullscreen_shader: Res<FullscreenShader>,
     pipeline_cache: Res<PipelineCache>,
 ) {
-    let layout = BindGroupLayoutDescriptor::new(
-        "mirrorball_camera_background_motion_layout",
-        &BindGroupLayoutEntries::single(ShaderStages::FRAGMENT, uniform_buffer::<ViewUniform>(true)),
-    );
     let pipeline = pipeline_cache.queue_render_pipeline(RenderPipelineDescriptor {
         label: Some("mirrorball_camera_background_motion".into()),
-        layout: vec![layout.clone()],
         vertex: fullscreen_shader.to_vertex_state(),
         depth_stencil: Some(DepthStencilState {
             format: CORE_3D_DEPTH_FORMAT,
@@ -82,14 +77,13 @@ fn init_background_motion_pipeline(
         }),
         ..default()
     });
-    commands.insert_resource(BackgroundMotionPipeline { layout, pipeline });
+    commands.insert_resource(BackgroundMotionPipeline(pipeline));
 }
 
 type MovingView = (
     &'static ExtractedCamera,
     &'static ViewPrepassTextures,
     &'static ViewDepthTexture,
-    &'static ViewUniformOffset,
     &'static Msaa,
     Option<&'static MainPassResolutionOverride>,
 );
@@ -98,25 +92,16 @@ fn background_motion_pass(
     view: ViewQuery<MovingView, (With<PreparedBackground>, With<TemporalJitter>)>,
     pipeline: Option<Res<BackgroundMotionPipeline>>,
     pipeline_cache: Res<PipelineCache>,
-    view_uniforms: Res<ViewUniforms>,
-    device: Res<RenderDevice>,
     mut ctx: RenderContext,
 ) {
-    let (camera, prepass, depth, view_offset, msaa, resolution) = view.into_inner();
-    let (Some(layout), Some(uniform), Some(motion)) =
-        (pipeline, view_uniforms.uniforms.binding(), &prepass.motion_vectors)
-    else {
+    let (camera, prepass, depth, msaa, resolution) = view.into_inner();
+    let (Some(pipeline), Some(motion)) = (pipeline, &prepass.motion_vectors) else {
         return;
     };
     // Temporal antialiasing does without multisampling.
-    let Some(pipeline) = pipeline_cache.get_render_pipeline(layout.pipeline).filter(|_| *msaa == Msaa::Off) else {
+    let Some(pipeline) = pipeline_cache.get_render_pipeline(pipeline.0).filter(|_| *msaa == Msaa::Off) else {
         return;
     };
-    let bind_group = device.create_bind_group(
-        "mirrorball_camera_background_motion_bind_group",
-        &pipeline_cache.get_bind_group_layout(&layout.layout),
-        &BindGroupEntries::single(uniform),
-    );
     let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
         label: Some("mirrorball_camera_background_motion_pass"),
         color_attachments: &[Some(motion.get_attachment())],
@@ -129,6 +114,5 @@ fn background_motion_pass(
         pass.set_camera_viewport(&viewport);
     }
     pass.set_render_pipeline(pipeline);
-    pass.set_bind_group(0, &bind_group, &[view_offset.offset]);
     pass.draw(0..3, 0..1);
 }

@@ -106,7 +106,7 @@ pub use upload::FrameTexture;
 #[cfg(feature = "webcam")]
 pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
 
-pub(crate) use background_motion_pass::load_real_motion;
+pub(crate) use background_motion_pass::motion_of_frame;
 pub(crate) use poll::{ArrivingFrame, FramesAwaitTracking};
 pub(crate) use posed_frame::{PosedFrame, world_from_camera};
 pub(crate) use rank::camera_rank;

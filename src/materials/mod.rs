@@ -133,7 +133,6 @@ impl Plugin for MaterialsPlugin {
         if !app.is_plugin_added::<ShadowsPlugin>() {
             app.add_plugins(ShadowsPlugin);
         }
-        crate::camera::load_real_motion(app);
         load_shader_library!(app, "engine_features.wgsl");
         load_shader_library!(app, "lamps.wgsl");
         load_shader_library!(app, "phantom_frame.wgsl");

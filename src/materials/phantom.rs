@@ -49,14 +49,17 @@ pub(super) struct PhantomUniform {
     pub(super) frame_uv_from_view_uv: Vec4,
     /// Frame coordinates by place in the world, homogeneous, which are added.
     pub(super) frame_uv_from_world: Mat4,
+    /// Motion vector of the frame.
+    pub(super) motion: Vec2,
 }
 
 impl PhantomUniform {
     /// Mapping of the places in a view.
-    pub(super) fn of_view(frame_uv_from_view_uv: Vec4) -> Self {
+    pub(super) fn of_view(frame_uv_from_view_uv: Vec4, motion: Vec2) -> Self {
         Self {
             frame_uv_from_view_uv,
             frame_uv_from_world: Mat4::from_cols(Vec4::ZERO, Vec4::ZERO, Vec4::ZERO, Vec4::W),
+            motion,
         }
     }
 }
@@ -129,7 +132,7 @@ pub(super) fn update_phantom_materials(
         return;
     }
     let material = |receives: bool| PhantomMaterial {
-        frame: FrameBindings { frame: None, uniform: PhantomUniform::of_view(MIDDLE) },
+        frame: FrameBindings { frame: None, uniform: PhantomUniform::of_view(MIDDLE, Vec2::ZERO) },
         dome: textures.as_ref().into(),
         receives,
         has_lamps: sources.has_lamps,

@@ -11,6 +11,8 @@ struct Phantom {
     /// By place in the world, homogeneous. Added to the former: one of them contributes nothing, so that nothing has to
     /// branch on a uniform.
     frame_uv_from_world: mat4x4f,
+    /// Motion vector of the frame.
+    motion: vec2f,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(2) var<uniform> phantom: Phantom;

@@ -8,8 +8,7 @@
 #import bevy_pbr::prepass_io::FragmentOutput
 #endif
 #ifdef MOTION_VECTOR_PREPASS
-#import bevy_mirrorball::camera::real_motion::motion_of_frame
-#import bevy_pbr::mesh_view_bindings::view
+#import bevy_mirrorball::materials::phantom_frame::phantom
 #endif
 #ifdef VISIBILITY_RANGE_DITHER
 #import bevy_pbr::pbr_functions::visibility_range_dither
@@ -26,7 +25,7 @@ fn fragment(in: VertexOutput) -> FragmentOutput {
 #endif
     var out: FragmentOutput;
 #ifdef MOTION_VECTOR_PREPASS
-    out.motion_vector = motion_of_frame(view.clip_from_world, view.unjittered_clip_from_world);
+    out.motion_vector = phantom.motion;
 #endif
 #ifdef NORMAL_PREPASS
 #ifdef RECEIVES_SHADOWS

@@ -2,7 +2,9 @@
 
 use super::{PhantomMaterial, ShowPhantoms, phantom::PhantomUniform};
 use crate::{
-    camera::{ArCamera, CameraFrame, FrameMapping, FrameTexture, Intrinsics, camera_rank, world_from_camera},
+    camera::{
+        ArCamera, CameraFrame, FrameMapping, FrameTexture, Intrinsics, camera_rank, motion_of_frame, world_from_camera,
+    },
     shadows::DomeTextures,
 };
 use bevy::{
@@ -11,6 +13,7 @@ use bevy::{
     prelude::*,
     render::{
         Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
+        camera::TemporalJitter,
         render_asset::RenderAssets,
         render_resource::{
             AsBindGroup, BindGroup, BindGroupEntries, BufferId, PipelineCache, TextureViewId, UniformBuffer,
@@ -50,7 +53,8 @@ pub(super) struct PhantomBindGroup {
 type PhantomResources = ([TextureViewId; 2], [BufferId; 3]);
 
 type FrameSource = (&'static ArCamera, &'static CameraFrame, &'static FrameTexture);
-type ShowingCamera = (RenderEntity, &'static Camera, Option<FrameSource>, Option<&'static ShowPhantoms>);
+type ShowingCamera =
+    (RenderEntity, &'static Camera, Option<FrameSource>, Option<&'static ShowPhantoms>, Has<TemporalJitter>);
 type Projector = (Entity, &'static Camera, FrameSource, &'static GlobalTransform);
 
 fn extract_phantom_views(
@@ -60,13 +64,14 @@ fn extract_phantom_views(
     extracted: Query<Entity, With<PhantomFrame>>,
 ) {
     let mut current = EntityHashSet::default();
-    for (view, camera, own, show) in &cameras {
+    for (view, camera, own, show, is_antialiased) in &cameras {
+        let motion = motion_of_frame(is_antialiased);
         let frame = match (own, show) {
             (Some((ar_camera, frame, texture)), _) => {
                 let mapping = FrameMapping::frame_uv_from_viewport_uv(camera, ar_camera.fit, frame.pixels.size);
                 mapping.map(|mapping| PhantomFrame {
                     image: texture.image.id(),
-                    uniform: PhantomUniform::of_view(mapping),
+                    uniform: PhantomUniform::of_view(mapping, motion),
                 })
             }
             (None, Some(show)) => match show.projector {
@@ -75,7 +80,7 @@ fn extract_phantom_views(
             }
             .map(|(_, _, (ar_camera, frame, texture), place)| PhantomFrame {
                 image: texture.image.id(),
-                uniform: projected(&ar_camera.intrinsics_for(frame), &world_from_camera(place)),
+                uniform: projected(&ar_camera.intrinsics_for(frame), &world_from_camera(place), motion),
             }),
             (None, None) => None,
         };
@@ -90,7 +95,7 @@ fn extract_phantom_views(
 }
 
 /// Mapping of points in the world to the places where a camera shows them in its frame.
-fn projected(intrinsics: &Intrinsics, world_from_camera: &Affine3A) -> PhantomUniform {
+fn projected(intrinsics: &Intrinsics, world_from_camera: &Affine3A, motion: Vec2) -> PhantomUniform {
     let size = intrinsics.size.as_vec2();
     let (scale, center) = (intrinsics.focal / size, intrinsics.center / size);
     let frame_uv_from_camera = Mat4::from_cols(
@@ -102,6 +107,7 @@ fn projected(intrinsics: &Intrinsics, world_from_camera: &Affine3A) -> PhantomUn
     PhantomUniform {
         frame_uv_from_view_uv: Vec4::ZERO,
         frame_uv_from_world: frame_uv_from_camera * Mat4::from(world_from_camera.inverse()),
+        motion,
     }
 }
 
@@ -175,7 +181,7 @@ mod tests {
         let intrinsics =
             Intrinsics { focal: Vec2::new(90.0, 80.0), center: Vec2::new(60.0, 30.0), size: UVec2::new(128, 64) };
         let pose = Transform::from_xyz(0.3, 1.0, -0.2).looking_at(Vec3::new(0.1, 0.0, 0.3), Vec3::Y);
-        let uniform = projected(&intrinsics, &pose.compute_affine());
+        let uniform = projected(&intrinsics, &pose.compute_affine(), Vec2::ZERO);
         for point in [Vec3::ZERO, Vec3::new(0.2, -0.1, 0.4), Vec3::new(-0.1, 0.2, 0.1)] {
             let uv = uniform.frame_uv_from_world * point.extend(1.0);
             let pixel = intrinsics.project(pose.compute_affine().inverse().transform_point3(point)).expect("in front");

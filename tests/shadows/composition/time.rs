@@ -49,8 +49,12 @@ fn temporal_antialiasing_keeps_the_photograph_at_rest_and_in_motion() {
         TemporalAntiAliasing::default(),
         Transform::from_xyz(0.0, HEIGHT, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z),
     ));
-    let shown = scene.shoot();
-    scene.check_within(JITTERED, "taa", &shown, &plain);
+    // Every place within a pixel that the engine samples in turn, of which one is its middle.
+    for _ in 0..8 {
+        let shown = scene.shoot();
+        scene.check_within(JITTERED, "taa", &shown, &plain);
+        scene.desk.app.update();
+    }
     let shaking = scene.shoot_shaking();
     shaking.save("taa_shaking");
     let behind = scene.behind(&shaking, &at_rest);
