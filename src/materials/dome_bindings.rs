@@ -3,6 +3,7 @@
 use crate::shadows::{DomeShader, DomeTextures};
 use bevy::{
     ecs::system::lifetimeless::SRes,
+    pbr::MeshPipelineKey,
     prelude::*,
     render::{
         render_asset::RenderAssets,
@@ -55,6 +56,18 @@ pub(super) fn define_in_fragment(
     if let Some(fragment) = &mut descriptor.fragment {
         fragment.shader_defs.extend(definitions);
     }
+}
+
+/// Adds the shader definitions of the dome to the fragment stage of the pipeline of a mesh.
+///
+/// What a prepass shows takes its light from the samples of the visibility pass only. Few fragments would need to read
+/// shadow maps, but software rasterizers would run that code for all, and GPUs reserve registers for it.
+pub(super) fn define_dome(descriptor: &mut RenderPipelineDescriptor, shader: DomeShader, mesh_key: MeshPipelineKey) {
+    let in_prepass = mesh_key.contains(MeshPipelineKey::DEPTH_PREPASS | MeshPipelineKey::NORMAL_PREPASS)
+        && mesh_key.intersection(MeshPipelineKey::BLEND_RESERVED_BITS) == MeshPipelineKey::BLEND_OPAQUE
+        && !mesh_key.contains(MeshPipelineKey::READS_VIEW_TRANSMISSION_TEXTURE);
+    define_in_fragment(descriptor, shader.shader_defs());
+    define_in_fragment(descriptor, (in_prepass && shader.samples_prepass).then(|| "SAMPLES_ONLY".into()));
 }
 
 /// System parameters of derived implementations of `AsBindGroup`.

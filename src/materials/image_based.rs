@@ -2,7 +2,7 @@
 
 use super::{
     SurfaceStyle,
-    dome_bindings::{DomeBindings, bind_fields, define_in_fragment},
+    dome_bindings::{DomeBindings, bind_fields, define_dome},
     style::StyleExtension,
 };
 use crate::shadows::{DomeShader, DomeTextures};
@@ -42,7 +42,7 @@ impl MaterialExtension for DomeShadowed {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        define_in_fragment(descriptor, key.bind_group_data.shader_defs());
+        define_dome(descriptor, key.bind_group_data, key.mesh_key);
         Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{
     ImageBasedMaterial, ToonMaterial,
-    dome_bindings::{DomeBindings, bind_fields, define_in_fragment},
+    dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
     outline::Outline,
 };
 use crate::{
@@ -99,7 +99,7 @@ impl Material for PhantomMaterial {
     ) -> Result<(), SpecializedMeshPipelineError> {
         let PhantomKey { receives, shader, has_lamps } = key.bind_group_data;
         define_in_fragment(descriptor, receives.then(|| "RECEIVES_SHADOWS".into()));
-        define_in_fragment(descriptor, shader.shader_defs());
+        define_dome(descriptor, shader, key.mesh_key);
         define_in_fragment(descriptor, has_lamps.then(|| "HAS_LAMPS".into()));
         Ok(())
     }

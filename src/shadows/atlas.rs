@@ -35,12 +35,14 @@ pub struct DomeTextures {
     /// camera units of directions with shadow maps, key lights and directions without shadow maps, then `L_p`; and the
     /// depth pyramids of key lights.
     pub results: Handle<ShaderBuffer>,
-    /// Samples of the visibility pass, row by row, four 16-bit floats each: the fraction of light that arrives in
-    /// red, green and blue, and 1. At a phantom the last one is the luminance that other phantoms leave, if there are
-    /// lamps. This is a buffer because the textures of Bevy's materials and of this crate together would exceed
-    /// WebGPU's limit of 16.
+    /// Samples of the visibility pass, row by row (`VisibilitySample` in `samples.wgsl`): the surface of the prepass,
+    /// and the fraction of light that arrives in red, green and blue, and 1. At a phantom the last one is the luminance
+    /// that other phantoms leave, if there are lamps. This is a buffer because the textures of Bevy's materials and of
+    /// this crate together would exceed WebGPU's limit of 16.
     pub visibility: Handle<ShaderBuffer>,
     pub(super) visibility_size: UVec2,
+    /// Pixels across one sample.
+    pub(super) sample_pixels: u32,
     pub(crate) shader: DomeShader,
     pub(super) layout: AtlasLayout,
 }
@@ -64,6 +66,7 @@ impl FromWorld for DomeTextures {
             results,
             visibility: buffers.add(visibility_buffer(visibility_size)),
             visibility_size,
+            sample_pixels: 1,
             shader: DomeShader::default(),
             layout,
         }
@@ -73,6 +76,16 @@ impl FromWorld for DomeTextures {
 impl DomeTextures {
     pub(crate) fn identity(&self) -> DomeIdentity {
         (self.atlas.id(), self.visibility.id(), self.shader)
+    }
+
+    /// Returns the number of samples for a target, and the pixels across one of them. Where a device cannot bind so
+    /// many samples, they are coarser.
+    pub(super) fn samples_for(target: UVec2, pixels: u32, max_bytes: u64) -> (UVec2, u32) {
+        let (size, bytes) = (UVec2::new(target.x.div_ceil(pixels), target.y.div_ceil(pixels)), VISIBILITY_BYTES as u64);
+        if size.max_element() > 1 && u64::from(size.x) * u64::from(size.y) * bytes > max_bytes {
+            return Self::samples_for(target, 2 * pixels, max_bytes);
+        }
+        (size, pixels)
     }
 
     /// Replaces the buffer of the visibility pass by one for another number of samples.
@@ -95,8 +108,8 @@ const MAX_WEIGHTS: usize = MAX_VIEWS + 1;
 /// Bytes of `DomeResults` in `dome.wgsl`: the weights, then two pyramids per key light.
 const RESULTS_BYTES: usize =
     WEIGHT_BYTES * MAX_WEIGHTS + 4 * (2 * ShadowDomeLight::MAX_KEY_LIGHTS * PYRAMID_BLOCKS) as usize;
-/// Bytes of one sample that `visibility_pass.wgsl` writes.
-const VISIBILITY_BYTES: usize = 8;
+/// Bytes of `VisibilitySample` in `samples.wgsl`.
+const VISIBILITY_BYTES: usize = 32;
 
 /// Returns a buffer for the samples of the visibility pass.
 fn visibility_buffer(size: UVec2) -> ShaderBuffer {
@@ -121,10 +134,29 @@ pub(super) fn fit_atlas(
     }
     let max_edge = device.limits().max_texture_dimension_2d.min(MAX_ATLAS_EDGE);
     let layout = AtlasLayout::new(directions, keys, dome.resolution.clamp(32, 1024), max_edge);
-    let has_perspective = keys > 0 || fitted.file_views.iter().any(|view| view.perspective.is_some());
-    textures.shader = DomeShader { filter: dome.filter.kind(), has_keys: keys > 0, has_perspective };
+    let has_perspective = fitted.file_views.iter().any(|view| view.perspective.is_some());
+    // `choose_visibility_camera` decides the rest.
+    let shader = DomeShader { filter: dome.filter.kind(), has_keys: keys > 0, has_perspective, ..textures.shader };
+    if textures.shader != shader {
+        textures.shader = shader;
+    }
     if textures.layout != layout {
         textures.atlas = images.add(layout.image());
         textures.layout = layout;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_coarser_where_a_device_cannot_bind_them() {
+        let limit = 128 << 20;
+        let of = |width, height, pixels| DomeTextures::samples_for(UVec2::new(width, height), pixels, limit);
+        assert_eq!(of(1919, 1080, 1), (UVec2::new(1919, 1080), 1));
+        assert_eq!(of(1919, 1080, 2), (UVec2::new(960, 540), 2));
+        assert_eq!(of(3840, 2160, 1), (UVec2::new(1920, 1080), 2), "8.3 million samples take 265 MB");
+        assert_eq!(of(1, 1, 2), (UVec2::ONE, 2));
     }
 }

@@ -64,8 +64,10 @@ pub struct DomeShader {
     pub(super) filter: FilterKind,
     /// Whether there are slots for key lights.
     pub(super) has_keys: bool,
-    /// Whether some views are in perspective, because their light is near.
+    /// Whether some directions are in perspective, because their light is near. Key lights always may be.
     pub(super) has_perspective: bool,
+    /// Whether there are samples of the visibility pass for every camera that has a depth and normal prepass.
+    pub(crate) samples_prepass: bool,
 }
 
 impl DomeShader {

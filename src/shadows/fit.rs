@@ -121,6 +121,7 @@ pub(super) fn fit_dome(
         main: ages.main,
         oldest_main: ages.oldest_main,
         key_lights: now.keys.iter().flatten().count() as u32,
+        milliseconds: state.milliseconds,
     });
     refreshing.chosen = chosen;
     fitted.set_if_neq(now);

@@ -9,7 +9,7 @@ use bevy::{
     core_pipeline::prepass::{DepthPrepass, NormalPrepass},
     ecs::query::QueryData,
     prelude::*,
-    render::{extract_component::ExtractComponent, storage::ShaderBuffer},
+    render::{extract_component::ExtractComponent, renderer::RenderDevice, storage::ShaderBuffer},
 };
 
 /// Marks the camera whose visibility is computed in a pass of its own.
@@ -50,6 +50,7 @@ pub(super) fn choose_visibility_camera(
     mut commands: Commands,
     mut textures: ResMut<DomeTextures>,
     mut buffers: ResMut<Assets<ShaderBuffer>>,
+    device: Res<RenderDevice>,
     domes: Query<&ShadowDomeLight>,
     cameras: Query<CameraData, With<Camera3d>>,
     mut announced: Local<Option<(Entity, usize)>>,
@@ -75,15 +76,25 @@ pub(super) fn choose_visibility_camera(
             visibility.release(&mut commands.entity(item.entity));
         }
     }
-    let mut wanted = UVec2::ONE;
+    let is_served = |item: &CameraDataItem| chosen.as_ref().is_some_and(|chosen| chosen.entity == item.entity);
+    let has_prepass = |item: &CameraDataItem| item.camera.is_active && item.has_depth && item.has_normals;
+    let samples_prepass = chosen.is_some() && !cameras.iter().any(|item| has_prepass(&item) && !is_served(&item));
+    if textures.shader.samples_prepass != samples_prepass {
+        textures.shader.samples_prepass = samples_prepass;
+    }
+    let (mut wanted, mut sample_pixels) = (UVec2::ONE, pixels);
     if let Some(chosen) = chosen {
         if chosen.visibility.is_none() {
             let visibility = VisibilityCamera { adds_depth: !chosen.has_depth, adds_normals: !chosen.has_normals };
             commands.entity(chosen.entity).insert((visibility, DepthPrepass, NormalPrepass));
         }
         if let Some(size) = chosen.camera.physical_target_size().filter(|size| size.min_element() > 0) {
-            wanted = UVec2::new(size.x.div_ceil(pixels), size.y.div_ceil(pixels));
+            (wanted, sample_pixels) =
+                DomeTextures::samples_for(size, pixels, device.limits().max_storage_buffer_binding_size);
         }
+    }
+    if textures.sample_pixels != sample_pixels {
+        textures.sample_pixels = sample_pixels;
     }
     // An assignment without a change of size would still mark the textures as changed.
     if textures.visibility_size != wanted {

@@ -9,6 +9,7 @@ mod dome;
 mod drawing;
 #[path = "../support/gpu.rs"]
 mod gpu;
+mod kept_lookups;
 mod lamps;
 mod life_cycle;
 mod long_run;

@@ -116,6 +116,13 @@ fn tile_position(axes: Axes, scale: f32, offset: vec3f) -> vec3f {
     return vec3f(pos.xy, pos.z * 0.5 + 0.5);
 }
 
+/// Homogeneous position in the tile of a view in perspective.
+fn near_position(axes: Axes, scale: f32, depth: vec2f, offset: vec3f) -> vec4f {
+    let away = -dot(normalize(axes.direction), offset);
+    let across = vec2f(dot(axes.right, offset), dot(axes.up, offset)) * -scale;
+    return vec4f(across, depth.x + depth.y * away, away);
+}
+
 /// Homogeneous position in a view's tile of a world-space position.
 fn project(view: DomeView, pos_world: vec3f) -> vec4f {
     let axes = unpack_axes(view.axes_low, view.axes_mid, view.axes_high);
@@ -123,9 +130,7 @@ fn project(view: DomeView, pos_world: vec3f) -> vec4f {
     if view.scale > 0.0 {
         return vec4f(tile_position(axes, view.scale, offset), 1.0);
     }
-    let away = -dot(normalize(axes.direction), offset);
-    let across = vec2f(dot(axes.right, offset), dot(axes.up, offset)) * -view.scale;
-    return vec4f(across, view.depth.x + view.depth.y * away, away);
+    return near_position(axes, view.scale, view.depth, offset);
 }
 
 /// Corner of a tile, in tiles.

@@ -1,13 +1,16 @@
 // Lookups of the dome's shadow maps: the visibility of a direction's light from a position.
 //
 // Definitions: at most one of FILTER_NEAREST, FILTER_GAUSS, FILTER_PCF and FILTER_PCSS; without any of them, 2 × 2
-// texels are compared bilinearly. SPOTS: some views may be in perspective.
+// texels are compared bilinearly. SPOTS: some views of directions may be in perspective, as those of key lights always
+// may.
 
 #define_import_path bevy_mirrorball::shadows::render::maps
 
 #import bevy_mirrorball::shadows::render::bindings::{atlas, atlas_sampler, dome}
 #import bevy_mirrorball::shadows::render::depth_pyramid::pyramid_start
-#import bevy_mirrorball::shadows::render::dome::{Axes, atlas_uv, project, tile_corner, tile_position, unpack_axes}
+#import bevy_mirrorball::shadows::render::dome::{
+    Axes, atlas_uv, near_position, tile_corner, tile_position, tile_span, unpack_axes,
+}
 #import bevy_mirrorball::shadows::render::soft_shadow::{
     Window, key_may_be_blocked, key_soft_shadow, soft_shadow, window,
 }
@@ -54,57 +57,76 @@ fn compare(corner: vec2f, pos: vec3f, gradient: vec2f) -> f32 {
 #endif
 }
 
-/// A position projected into the tile of a direction.
-struct TilePoint {
+/// A position in the world and the light of a direction.
+struct LitPoint {
     index: u32,
     axes: Axes,
     scale: f32,
+    /// Whether the light is near, so that its view is in perspective.
+    is_near: bool,
     pos_world: vec3f,
-    /// Position in the tile.
-    pos: vec3f,
+}
+
+#ifdef SPOTS
+const DIRECTIONS_MAY_BE_NEAR: bool = true;
+#else
+const DIRECTIONS_MAY_BE_NEAR: bool = false;
+#endif
+
+/// `may_be_near` is a constant where the function is called, which leaves out the code for near lights if it is false.
+fn lit_point(index: u32, pos_world: vec3f, may_be_near: bool) -> LitPoint {
+    let scale = dome.views[index].scale;
+    return LitPoint(index, axes_of(index), scale, may_be_near && scale < 0.0, pos_world);
 }
 
 fn has_casters(kind: u32) -> bool {
     return (dome.scene_flags & (1u << kind)) != 0u;
 }
 
+/// Kinds of casters that are in the atlas: a range, so that a loop over it leaves out the lookups of absent kinds. A
+/// branch would not: software rasterizers pay for both sides.
+fn first_kind() -> u32 {
+    return select(PHANTOM_CASTERS, VIRTUAL_CASTERS, has_casters(VIRTUAL_CASTERS));
+}
+
+fn end_of_kinds() -> u32 {
+    return select(VIRTUAL_CASTERS, PHANTOM_CASTERS, has_casters(PHANTOM_CASTERS)) + 1u;
+}
+
 fn axes_of(index: u32) -> Axes {
     return unpack_axes(dome.views[index].axes_low, dome.views[index].axes_mid, dome.views[index].axes_high);
 }
 
-/// Unit vector from a position towards the light of a direction; w: the light there relative to the measured light.
-fn light_at(index: u32, axes: Axes, pos_world: vec3f) -> vec4f {
-#ifdef SPOTS
-    if dome.views[index].scale < 0.0 {
-        let offset = dome.views[index].center - pos_world;
+/// Unit vector from a point towards its light; w: the light there relative to the measured light.
+fn light_at(point: LitPoint) -> vec4f {
+    if point.is_near {
+        let offset = dome.views[point.index].center - point.pos_world;
         let distance_squared = max(dot(offset, offset), 1e-8);
-        let measured_at = dome.views[index].measured_at;
+        let measured_at = dome.views[point.index].measured_at;
         let gain = select(1.0, min(measured_at * measured_at / distance_squared, MAX_NEAR_GAIN), measured_at > 0.0);
         return vec4f(offset * inverseSqrt(distance_squared), gain);
     }
-#endif
-    return vec4f(axes.direction, 1.0);
+    return vec4f(point.axes.direction, 1.0);
 }
 
-/// Projects a position into the tile of a direction.
-fn tile_point(index: u32, axes: Axes, pos_world: vec3f) -> TilePoint {
-    let scale = dome.views[index].scale;
-#ifdef SPOTS
-    if scale < 0.0 {
-        let pos = project(dome.views[index], pos_world);
+/// Position in the tile of a light of a position in the world near a point: xy -1…1 (+y up), z 0…1, larger is nearer to
+/// the light.
+fn position_in_tile(point: LitPoint, pos_world: vec3f) -> vec3f {
+    let offset = pos_world - dome.views[point.index].center;
+    if point.is_near {
+        let pos = near_position(point.axes, point.scale, dome.views[point.index].depth, offset);
         // Positions behind the light are outside the tile.
-        return TilePoint(index, axes, scale, pos_world, select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0));
+        return select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0);
     }
-#endif
-    return TilePoint(index, axes, scale, pos_world, tile_position(axes, scale, pos_world - dome.views[index].center));
+    return tile_position(point.axes, point.scale, offset);
 }
 
 /// Change of a surface's depth per width of the tile, to the right and down.
-fn depth_gradient(point: TilePoint, normal: vec3f) -> vec2f {
+fn depth_gradient(point: LitPoint, normal: vec3f) -> vec2f {
     let across = vec2f(dot(point.axes.right, normal), -dot(point.axes.up, normal));
     var along = dot(point.axes.direction, normal);
     var steepness = -1.0;
-    if point.scale < 0.0 {
+    if point.is_near {
         along = dot(normal, dome.views[point.index].center - point.pos_world);
         steepness = 2.0 * dome.views[point.index].depth.x / point.scale;
     }
@@ -112,9 +134,10 @@ fn depth_gradient(point: TilePoint, normal: vec3f) -> vec2f {
     return gradient * min(1.0, MAX_DEPTH_GRADIENT / max(length(gradient), 1e-6));
 }
 
-/// Visibility of a direction's light past casters of a kind: 1 if it arrives, 0 if it is blocked. `pos` is the
-/// position in the tile, on a surface or slightly above it.
-fn visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
+/// Visibility of a direction's light past casters of a kind: 1 if it arrives, 0 if it is blocked. The lookup starts at
+/// a position in the world, on the surface or slightly above it.
+fn visibility(kind: u32, point: LitPoint, start: vec3f, normal: vec3f) -> f32 {
+    let pos = position_in_tile(point, start);
     if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
         return 1.0;
     }
@@ -126,13 +149,14 @@ fn visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
 #endif
 }
 
-fn key_window(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> Window {
+fn key_window(kind: u32, point: LitPoint, pos: vec3f, normal: vec3f) -> Window {
     let corner = tile_corner(dome.views[point.index].corners, kind);
     return window(corner, dome.key_span, pos, depth_gradient(point, normal));
 }
 
 /// Visibility of a key light past casters of a kind.
-fn key_visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32 {
+fn key_visibility(kind: u32, point: LitPoint, start: vec3f, normal: vec3f) -> f32 {
+    let pos = position_in_tile(point, start);
     if !has_casters(kind) || any(abs(pos.xy) > vec2f(1.0)) {
         return 1.0;
     }
@@ -142,29 +166,26 @@ fn key_visibility(kind: u32, point: TilePoint, pos: vec3f, normal: vec3f) -> f32
 }
 
 /// Whether virtual casters may block a part of a key light.
-fn key_is_blocked(point: TilePoint, normal: vec3f) -> bool {
-    if any(abs(point.pos.xy) > vec2f(1.0)) {
+fn key_is_blocked(point: LitPoint, normal: vec3f) -> bool {
+    let pos = position_in_tile(point, point.pos_world);
+    if any(abs(pos.xy) > vec2f(1.0)) {
         return false;
     }
-    let area = key_window(VIRTUAL_CASTERS, point, point.pos, normal);
+    let area = key_window(VIRTUAL_CASTERS, point, pos, normal);
     let first_block = pyramid_start(point.index - dome.first_key, VIRTUAL_CASTERS);
     return key_may_be_blocked(area, first_block, dome.views[point.index].penumbra_scale);
 }
 
-/// Position in the tile slightly above a surface, so that the surface does not shadow itself.
-fn above_surface(point: TilePoint, normal: vec3f, cos_angle: f32) -> vec3f {
+/// Position in the world slightly above a surface, so that the surface does not shadow itself.
+fn above_surface(point: LitPoint, normal: vec3f, cos_angle: f32) -> vec3f {
     let sin_angle = sqrt(max(1.0 - cos_angle * cos_angle, 0.0));
+    let texels = dome.tile_resolution * tile_span(dome.key_span, point.index, dome.first_key);
     // The tile is two units wide.
-    let texels = dome.tile_resolution * select(1.0, dome.key_span, point.index >= dome.first_key);
     let units = (SELF_SHADOW_OFFSET + dome.filter_radius) * 2.0 / texels * (0.2 + 0.8 * sin_angle);
-#ifdef SPOTS
-    if point.scale < 0.0 {
+    var unit = 1.0 / abs(point.scale);
+    if point.is_near {
         // In perspective, a unit grows with the distance.
-        let offset = normal * (units * distance(dome.views[point.index].center, point.pos_world) / -point.scale);
-        let pos = project(dome.views[point.index], point.pos_world + offset);
-        return select(vec3f(2.0), pos.xyz / pos.w, pos.w > 0.0);
+        unit *= distance(dome.views[point.index].center, point.pos_world);
     }
-#endif
-    let across = vec2f(dot(point.axes.right, normal), dot(point.axes.up, normal));
-    return point.pos + vec3f(across, 0.5 * cos_angle) * units;
+    return point.pos_world + normal * (units * unit);
 }

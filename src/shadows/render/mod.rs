@@ -8,11 +8,14 @@
 //! 2. Before all cameras, in any order: [`weights_pass`] sums the environment cube over the cell of each direction if
 //!    the cube has changed, and [`depth_pass`] draws the casters into the refreshed tiles of the atlas, of which
 //!    [`depth_pyramid_pass`] reduces those of key lights.
-//! 3. [`visibility_pass`] sums visibility × light per sample, between a camera's prepass and its main pass.
+//! 3. [`visibility_pass`] sums visibility × light per sample, between a camera's prepass and its main pass. What it has
+//!    looked up before, it reads from the [`visibility_cache`].
 //!
 //! The other shaders are libraries: `dome.wgsl` and `depth_pyramid.wgsl` are the layout of the buffers and
 //! `bindings.wgsl` binds them, `maps.wgsl` and `soft_shadow.wgsl` read shadow maps, `visibility.wgsl` sums over
-//! directions, `samples.wgsl` reads the prepass, and materials import `receive.wgsl`.
+//! directions, `visibility_surfaces.wgsl` and `visibility_cache.wgsl` are what both shaders of the visibility pass
+//! share, `samples.wgsl` has the samples of the prepass and of the visibility pass, and materials import
+//! `receive.wgsl`.
 
 mod caster_buffers;
 mod depth_pass;
@@ -26,6 +29,7 @@ mod prepare_depth_pyramids;
 mod prepare_views;
 mod prepare_visibility;
 mod prepare_weights;
+mod visibility_cache;
 mod visibility_pass;
 mod visibility_pipeline;
 mod weights_pass;
@@ -56,6 +60,8 @@ pub(super) fn load_shaders(app: &mut App) {
     load_shader_library!(app, "maps.wgsl");
     load_shader_library!(app, "visibility.wgsl");
     load_shader_library!(app, "receive.wgsl");
+    load_shader_library!(app, "visibility_surfaces.wgsl");
+    load_shader_library!(app, "visibility_cache.wgsl");
 }
 
 /// Loads the shader library that depends on where the driver places the samples of a pixel.
@@ -74,6 +80,7 @@ pub(super) fn build(app: &mut App) {
     embedded_asset!(app, "depth_pass.wgsl");
     embedded_asset!(app, "depth_pyramid_pass.wgsl");
     embedded_asset!(app, "weights_pass.wgsl");
+    embedded_asset!(app, "visibility_plan_pass.wgsl");
     embedded_asset!(app, "visibility_pass.wgsl");
     app.sub_app_mut(RenderApp)
         .init_resource::<CubeWrites>()

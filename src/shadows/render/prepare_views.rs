@@ -1,6 +1,6 @@
 //! The buffer of views: where each direction's shadow map looks, and what all directions share.
 
-use super::extract::ExtractedDome;
+use super::{extract::ExtractedDome, visibility_cache::Redrawn};
 use crate::shadows::{
     atlas::{DomeTextures, VIEWS_HEADER_BYTES},
     atlas_layout::{AtlasLayout, KEY_SPAN},
@@ -64,7 +64,7 @@ impl DomeHeader {
             filter_radius: fitted.filter.radius() as f32,
             tangent_radius: fitted.filter.tangent_radius(),
             key_span: KEY_SPAN as f32,
-            sample_pixels: camera.map_or(0, |_| fitted.samples.pixels()),
+            sample_pixels: camera.map_or(0, |_| textures.sample_pixels),
             occludes_reflections: fitted.occludes_reflections.into(),
             scene_flags: casters | u32::from(fitted.has_lamps) << 2,
             first_key: layout.directions,
@@ -86,6 +86,8 @@ pub(super) struct DomeViews {
     uniform: DomeUniform,
     made_for: Option<(Directions, usize, Quat)>,
     is_written: bool,
+    /// What was drawn since the visibility pass has last run.
+    pub(super) redrawn: Redrawn,
 }
 
 impl DomeViews {
@@ -107,6 +109,7 @@ impl DomeViews {
             self.uniform.views.push(DomeViewUniform::blank(Vec3::Y));
         }
         self.is_written = false;
+        self.redrawn.all = true;
     }
 
     /// Fits some views to the casters and lights of this frame.
@@ -124,6 +127,7 @@ impl DomeViews {
             *slot = uniform.unwrap_or_else(blank).at(layout.corners(index));
         }
         self.is_written &= indices.is_empty();
+        self.redrawn.indices.extend(indices);
     }
 }
 
@@ -151,6 +155,7 @@ pub(super) fn write_views(
     let is_header_new = views.uniform.header != header;
     let is_written = std::mem::replace(&mut views.is_written, true);
     views.uniform.header = header;
+    views.redrawn.all |= is_header_new;
     if is_written && !is_header_new {
         return;
     }

@@ -1,9 +1,10 @@
-//! The dome's bindings, the steps and the intermediate texture of the visibility pass.
+//! The dome's bindings, the steps and the buffers of the visibility pass.
 
 use super::{
     extract::ExtractedDome,
     gpu::{Gpu, GpuAssets},
-    visibility_pipeline::{PARTIAL_SUMS_FORMAT, Step, VisibilityPipelines},
+    visibility_cache::VisibilityCache,
+    visibility_pipeline::{Step, VisibilityPipelines, VisibilityShader},
 };
 use crate::shadows::{
     atlas::{DomeTextures, SHADOW_BINDINGS},
@@ -14,34 +15,27 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayout, CachedComputePipelineId, Extent3d, TextureDescriptor,
-            TextureDimension, TextureUsages, TextureView, TextureViewDescriptor, TextureViewId,
+            BindGroup, BindGroupEntries, Buffer, BufferDescriptor, BufferUsages, CachedComputePipelineId, TextureViewId,
         },
         renderer::RenderDevice,
     },
 };
+
+/// Bytes of the sums of one sample over a quarter of the directions.
+const PARTIAL_SUMS_BYTES: u64 = 16;
 
 /// What the visibility pass needs, remade when its sources change.
 #[derive(Resource, Default)]
 pub(super) struct PreparedVisibility {
     pub(super) dome_bind_group: Option<BindGroup>,
     made_from: Option<(TextureViewId, AssetId<Image>)>,
-    pub(super) steps: Vec<PreparedStep>,
-    /// Texture between the two steps of interleaved samples, and its size.
-    pub(super) partial_sums: Option<(Extent3d, TextureView)>,
-}
-
-/// A step with its pipeline and the layout of its own bindings.
-pub(super) struct PreparedStep {
-    pub(super) step: Step,
-    pub(super) pipeline: CachedComputePipelineId,
-    pub(super) layout: BindGroupLayout,
-}
-
-/// Returns the number of samples across and down.
-pub(super) fn samples_extent(textures: &DomeTextures) -> Extent3d {
-    let UVec2 { x: width, y: height } = textures.visibility_size;
-    Extent3d { width, height, depth_or_array_layers: 1 }
+    /// Permutation of the shader, and the steps with their pipelines. Empty if there is nothing to do.
+    pub(super) shader: Option<VisibilityShader>,
+    pub(super) steps: Vec<(Step, CachedComputePipelineId)>,
+    /// Buffer between the two steps of interleaved samples.
+    pub(super) partial_sums: Option<Buffer>,
+    /// `None` where lookups are not kept.
+    pub(super) cache: Option<VisibilityCache>,
 }
 
 pub(super) fn prepare_visibility(
@@ -55,6 +49,7 @@ pub(super) fn prepare_visibility(
 ) {
     prepared.steps.clear();
     let (Some(textures), Some(msaa)) = (textures, cameras.iter().next()) else {
+        prepared.cache = None;
         return;
     };
     let (Some(atlas), Some(views), Some(results)) = (
@@ -64,18 +59,23 @@ pub(super) fn prepare_visibility(
     ) else {
         return;
     };
-    let is_multisampled = msaa.samples() > 1;
     if dome.fitted.direction_count() > 0 {
-        for &step in Step::of(dome.fitted.samples) {
-            let (pipeline, layout) = pipelines.pipeline(textures.shader, is_multisampled, step, &gpu.pipeline_cache);
-            prepared.steps.push(PreparedStep { step, pipeline, layout });
+        prepared.cache = VisibilityCache::fit(prepared.cache.take(), &dome.fitted, &textures, &gpu.device);
+        let shader = VisibilityShader {
+            dome: textures.shader,
+            is_multisampled: msaa.samples() > 1,
+            is_interleaved: dome.fitted.samples == VisibilitySamples::Interleaved,
+            is_cached: prepared.cache.is_some(),
+        };
+        prepared.shader = Some(shader);
+        prepared.steps.extend_from_slice(pipelines.steps(shader, &gpu.pipeline_cache));
+        let samples = if shader.is_interleaved { textures.visibility_size.as_u64vec2().element_product() } else { 1 };
+        let bytes = samples * PARTIAL_SUMS_BYTES;
+        if prepared.partial_sums.as_ref().is_none_or(|buffer| buffer.size() != bytes) {
+            prepared.partial_sums = Some(partial_sums_buffer(bytes, &gpu.device));
         }
-    }
-    let size = samples_extent(&textures);
-    if dome.fitted.samples != VisibilitySamples::Interleaved {
-        prepared.partial_sums = None;
-    } else if prepared.partial_sums.as_ref().is_none_or(|(old_size, _)| *old_size != size) {
-        prepared.partial_sums = Some((size, partial_sums_texture(size, &gpu.device)));
+    } else {
+        prepared.cache = None;
     }
     let made_from = Some((atlas.texture_view.id(), textures.atlas.id()));
     if prepared.dome_bind_group.is_some() && prepared.made_from == made_from {
@@ -93,16 +93,11 @@ pub(super) fn prepare_visibility(
     prepared.made_from = made_from;
 }
 
-fn partial_sums_texture(size: Extent3d, device: &RenderDevice) -> TextureView {
-    let texture = device.create_texture(&TextureDescriptor {
-        label: Some("mirrorball_shadows_tallies"),
+fn partial_sums_buffer(size: u64, device: &RenderDevice) -> Buffer {
+    device.create_buffer(&BufferDescriptor {
+        label: Some("mirrorball_shadows_partial_sums"),
         size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: TextureDimension::D2,
-        format: PARTIAL_SUMS_FORMAT,
-        usage: TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    texture.create_view(&TextureViewDescriptor::default())
+        usage: BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    })
 }

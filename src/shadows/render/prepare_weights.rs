@@ -44,6 +44,8 @@ pub(super) struct PreparedWeights {
     pub(super) made_from: Option<WeightsSources>,
     /// Number of writes of the cube at the time when its light was last summed.
     pub(super) summed_writes: Option<u32>,
+    /// Number of times that light was summed.
+    pub(super) sums: u32,
 }
 
 /// Everything on which the weights depend, besides the contents of the cube.
@@ -98,7 +100,7 @@ pub(super) fn prepare_weights(
 ) {
     let FittedDome { directions, dim_share, .. } = &dome.fitted;
     let Some((source, cube)) = source_cube(&dome, &assets) else {
-        *prepared = PreparedWeights { cells: prepared.cells.take(), ..default() };
+        *prepared = PreparedWeights { cells: prepared.cells.take(), sums: prepared.sums, ..default() };
         return;
     };
     let size = cube.texture_descriptor.size.width;

@@ -1,5 +1,7 @@
 // Fraction of light that arrives at a fragment, for materials: interpolated from the visibility pass where that has
 // samples of the surface, summed over the dome elsewhere.
+//
+// Definitions: SAMPLES_ONLY: where the nearest samples show other surfaces, others near them stand in for a sum.
 
 #define_import_path bevy_mirrorball::shadows::render::receive
 
@@ -7,22 +9,30 @@
 #import bevy_mirrorball::luminance::luminance
 #import bevy_mirrorball::shadows::render::bindings::dome
 #import bevy_mirrorball::shadows::render::samples::{
-    IS_PHANTOM, IS_VIRTUAL, first_sample, surface_similarity, world_position,
+    PHANTOM_BITS, VIRTUAL_BITS, VisibilitySample, first_sample, kind_of, surface_similarity, unpack_normal,
 }
 #import bevy_mirrorball::shadows::render::visibility::{
     has_lamps, luminance_fraction, phantom_visibility, real_visibility, virtual_visibility,
 }
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
-#import bevy_pbr::mesh_view_bindings::{depth_prepass_texture, normal_prepass_texture}
+#ifdef MULTISAMPLED
+#import bevy_pbr::mesh_view_bindings::depth_prepass_texture
+#endif
 #endif
 #endif
 
-/// Samples of the visibility pass, row by row: four 16-bit floats each.
-@group(#{MATERIAL_BIND_GROUP}) @binding(104) var<storage, read> visibility_samples: array<vec2u>;
+/// Samples of the visibility pass, row by row.
+@group(#{MATERIAL_BIND_GROUP}) @binding(104) var<storage, read> visibility_samples: array<VisibilitySample>;
 
-/// Minimum total weight of the samples. With less, the fragment reads the shadow maps itself.
+/// Minimum total weight of the nearest samples.
 const MIN_SAMPLE_WEIGHT: f32 = 0.05;
+/// Minimum total weight without which there are no samples. With less, the fragment reads the shadow maps itself.
+#ifdef SAMPLES_ONLY
+const MIN_FOUND_WEIGHT: f32 = 0.0;
+#else
+const MIN_FOUND_WEIGHT: f32 = MIN_SAMPLE_WEIGHT;
+#endif
 
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
@@ -33,6 +43,16 @@ struct SampleLookup {
     /// Total weight.
     weight: f32,
 }
+
+#ifdef SAMPLES_ONLY
+/// The four nearest samples, then all within a square of four by four around them.
+const LOOKED_AT: u32 = 20u;
+#else
+const LOOKED_AT: u32 = 4u;
+#endif
+/// Weights of samples of the same kind of surface, and of any, beside those of the same surface.
+const SAME_KIND_WEIGHT: f32 = 1e-3;
+const ANY_WEIGHT: f32 = 1e-6;
 
 #ifdef MULTISAMPLED
 /// Position within a pixel at which the prepass was sampled.
@@ -45,33 +65,39 @@ fn sample_position() -> vec2f {
 }
 #endif
 
-fn lookup_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: f32) -> SampleLookup {
+fn lookup_samples(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: u32) -> SampleLookup {
     let step = f32(dome.sample_pixels);
     let place = max((frag_coord.xy - sample_position()) / step, vec2f(0.0));
-    let base = floor(place);
-    let fraction = place - base;
-    let last = vec2f(dome.visibility_size) - 1.0;
+    let base = vec2i(place);
+    let fraction = place - vec2f(base);
+    let last = vec2i(dome.visibility_size) - 1;
     let distance_to_camera = distance(pos_world, view.world_position);
     var sum = vec4f(0.0);
     var weights = 0.0;
-    for (var i = 0u; i < 4u; i++) {
-        let corner = vec2f(vec2u(i % 2u, i / 2u));
-        let sample = min(base + corner, last);
-        let pixel = vec2i(sample * step);
-        let bilinear = mix(1.0 - fraction, fraction, corner);
-        let packed = visibility_samples[u32(sample.y) * dome.visibility_size.x + u32(sample.x)];
-        let stored = vec4f(unpack2x16float(packed.x), unpack2x16float(packed.y));
-        let depth = textureLoad(depth_prepass_texture, pixel, 0);
-        let facing = textureLoad(normal_prepass_texture, pixel, 0);
-        let place_on_screen = vec2f(pixel) + sample_position();
-        let offset = world_position(view.world_from_clip, view.main_pass_viewport, place_on_screen, depth) - pos_world;
-        let is_same = depth > 0.0 && abs(facing.a - kind) < 0.1;
-        let same = surface_similarity(offset, normal, normalize(facing.xyz * 2.0 - 1.0), distance_to_camera);
-        let weight = select(0.0, bilinear.x * bilinear.y * same, is_same && stored.a > 0.0);
+    for (var i = 0u; i < LOOKED_AT; i++) {
+        if i == 4u && weights > MIN_SAMPLE_WEIGHT {
+            break;
+        }
+        let is_nearest = i < 4u;
+        let corner = select(vec2i(vec2u(i % 4u, (i - 4u) / 4u)) - 1, vec2i(vec2u(i % 2u, i / 2u)), is_nearest);
+        let at = vec2u(clamp(base + corner, vec2i(0), last));
+        let sample = visibility_samples[at.y * dome.visibility_size.x + at.x];
+        let stored = vec4f(unpack2x16float(sample.fraction.x), unpack2x16float(sample.fraction.y));
+        let offset = sample.pos_world - pos_world;
+        let same = surface_similarity(offset, normal, unpack_normal(sample.facing), distance_to_camera);
+        let is_same_kind = kind_of(sample.facing) == kind;
+        let aside = vec2f(corner) - fraction;
+        let bilinear = max(1.0 - abs(aside), vec2f(0.0));
+        var weight = select(0.0, bilinear.x * bilinear.y * same, is_same_kind);
+        if !is_nearest {
+            let unlike = select(ANY_WEIGHT, SAME_KIND_WEIGHT, is_same_kind);
+            weight = (unlike + select(0.0, same, is_same_kind)) / (1.0 + dot(aside, aside));
+        }
+        weight = select(0.0, weight, stored.a > 0.0);
         sum += stored * weight;
         weights += weight;
     }
-    return SampleLookup(sum / max(weights, 1e-6), weights);
+    return SampleLookup(sum / max(weights, 1e-20), weights);
 }
 
 /// Whether the visibility samples belong to this camera and have its current size.
@@ -93,18 +119,22 @@ fn phantom_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec4f {
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
     if has_visibility_samples() {
-        let found = lookup_samples(frag_coord, pos_world, normal, IS_PHANTOM);
-        if found.weight > MIN_SAMPLE_WEIGHT {
+        let found = lookup_samples(frag_coord, pos_world, normal, PHANTOM_BITS);
+        if found.weight > MIN_FOUND_WEIGHT {
             return found.fraction;
         }
     }
 #endif
 #endif
+#ifdef SAMPLES_ONLY
+    return vec4f(1.0);
+#else
     var left = 1.0;
     if has_lamps() {
         left = luminance_fraction(real_visibility(pos_world, normal));
     }
     return vec4f(phantom_visibility(pos_world, normal), left);
+#endif
 }
 
 /// Factor on the diffuse image-based light of a virtual surface.
@@ -112,14 +142,18 @@ fn virtual_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec3f {
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
     if has_visibility_samples() {
-        let found = lookup_samples(frag_coord, pos_world, normal, IS_VIRTUAL);
-        if found.weight > MIN_SAMPLE_WEIGHT {
+        let found = lookup_samples(frag_coord, pos_world, normal, VIRTUAL_BITS);
+        if found.weight > MIN_FOUND_WEIGHT {
             return found.fraction.rgb;
         }
     }
 #endif
 #endif
+#ifdef SAMPLES_ONLY
+    return vec3f(1.0);
+#else
     return virtual_visibility(pos_world, normal);
+#endif
 }
 
 /// Factor on the image-based reflections of a virtual surface; 1 unless the dome occludes reflections. It is derived

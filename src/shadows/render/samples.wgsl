@@ -1,4 +1,5 @@
-// Samples of a prepass: which kind of surface they show, where it is, and whether two samples show the same surface.
+// Samples of a prepass and of the visibility pass: which kind of surface they show, where it is, and whether two
+// samples show the same surface.
 
 #define_import_path bevy_mirrorball::shadows::render::samples
 
@@ -6,6 +7,36 @@
 const IS_PHANTOM: f32 = 0.0;
 const IS_HIDING: f32 = 0.33333;
 const IS_VIRTUAL: f32 = 1.0;
+/// The same as bits of a facing, and what neither kind of surface has.
+const PHANTOM_BITS: u32 = 0u;
+const VIRTUAL_BITS: u32 = 3u;
+const NO_SURFACE: u32 = 0x80000000u;
+
+/// A sample of the visibility pass. Twin of `VISIBILITY_BYTES` in `atlas.rs`.
+struct VisibilitySample {
+    pos_world: vec3f,
+    /// Texel of the prepass's normals: ten bits per component, then two for the kind of surface.
+    facing: u32,
+    /// Fraction of light that arrives, as four 16-bit floats; all 0 if it was never computed.
+    fraction: vec2u,
+    /// Depth in the prepass.
+    depth: f32,
+    unused: f32,
+}
+
+fn pack_facing(facing: vec4f, depth: f32) -> u32 {
+    let bits = vec4u(round(facing * vec4f(1023.0, 1023.0, 1023.0, 3.0)));
+    return select(NO_SURFACE, bits.x | (bits.y << 10u) | (bits.z << 20u) | (bits.w << 30u), depth > 0.0);
+}
+
+fn unpack_normal(facing: u32) -> vec3f {
+    return normalize(vec3f((vec3u(facing) >> vec3u(0u, 10u, 20u)) & vec3u(1023u)) / 511.5 - 1.0);
+}
+
+fn kind_of(facing: u32) -> u32 {
+    return facing >> 30u;
+}
+
 /// Maximum sine of the angle between a sample and the tangent plane, for a sample of the same surface.
 const MAX_PLANE_SINE: f32 = 0.3;
 /// Distance from the tangent plane at which a sample counts in any case, as a fraction of the distance to the camera.

@@ -8,8 +8,8 @@
 #import bevy_mirrorball::shadows::render::bindings::{dome, results}
 #import bevy_mirrorball::shadows::render::dome::{unpack_light, unpack_solid_angle}
 #import bevy_mirrorball::shadows::render::maps::{
-    PHANTOM_CASTERS, TilePoint, VIRTUAL_CASTERS, above_surface, axes_of, has_casters, key_is_blocked,
-    key_visibility, light_at, tile_point, visibility,
+    DIRECTIONS_MAY_BE_NEAR, LitPoint, PHANTOM_CASTERS, VIRTUAL_CASTERS, above_surface, end_of_kinds, first_kind,
+    has_casters, key_is_blocked, key_visibility, light_at, lit_point, visibility,
 }
 
 /// Number of the bit of `scene_flags` for lamps of the engine. The bits below are for the kinds of casters.
@@ -44,15 +44,15 @@ fn is_in_virtual_shadow(pos_world: vec3f, normal: vec3f) -> bool {
             continue;
         }
         let incoming = incoming_light(index, pos_world, normal);
-        let point = incoming.point;
-        if incoming.cos_angle > 0.0 && visibility(VIRTUAL_CASTERS, point, point.pos, normal) < MIN_FULL_VISIBILITY {
+        if incoming.light.cos_angle > 0.0
+            && visibility(VIRTUAL_CASTERS, incoming.point, pos_world, normal) < MIN_FULL_VISIBILITY {
             return true;
         }
     }
 #ifdef KEY_LIGHTS
     for (var key = dome.first_key; key < dome.shadow_map_count; key++) {
-        let incoming = incoming_light(key, pos_world, normal);
-        if incoming.cos_angle > 0.0 && key_is_blocked(incoming.point, normal) {
+        let incoming = incoming_key_light(key, pos_world, normal);
+        if incoming.light.cos_angle > 0.0 && key_is_blocked(incoming.point, normal) {
             return true;
         }
     }
@@ -91,24 +91,85 @@ fn is_key(index: u32) -> bool {
 }
 
 /// Light of one direction at a surface.
-struct IncomingLight {
-    point: TilePoint,
-    /// Radiance × solid angle, scaled with the distance if the light is near.
+struct Light {
+    /// Radiance × solid angle, scaled with the distance if the light is near, and the cosine of its angle.
     irradiance: vec3f,
     cos_angle: f32,
+    /// The same in the environment map, where all lights are far away.
+    map_irradiance: vec3f,
+    map_cos_angle: f32,
+    solid_angle: f32,
+}
+
+/// Light of one direction, and where to look up whether it arrives.
+struct IncomingLight {
+    light: Light,
+    point: LitPoint,
+}
+
+fn incoming(index: u32, pos_world: vec3f, normal: vec3f, may_be_near: bool) -> IncomingLight {
+    let point = lit_point(index, pos_world, may_be_near);
+    let source = light_at(point);
+    let weight = results.weights[index];
+    let irradiance = unpack_light(weight);
+    let light = Light(
+        irradiance * source.w, dot(normal, source.xyz), irradiance, dot(normal, point.axes.direction),
+        unpack_solid_angle(weight),
+    );
+    return IncomingLight(light, point);
 }
 
 fn incoming_light(index: u32, pos_world: vec3f, normal: vec3f) -> IncomingLight {
-    let axes = axes_of(index);
-    let source = light_at(index, axes, pos_world);
-    let irradiance = unpack_light(results.weights[index]) * source.w;
-    return IncomingLight(tile_point(index, axes, pos_world), irradiance, dot(normal, source.xyz));
+    return incoming(index, pos_world, normal, DIRECTIONS_MAY_BE_NEAR);
 }
 
-/// Contribution of one light to the sums at a phantom.
-fn phantom_term(incoming: IncomingLight, past_phantoms: f32, past_virtual: f32) -> LightSums {
-    let irradiance = incoming.irradiance * incoming.cos_angle;
-    return LightSums(irradiance * past_phantoms, irradiance * (past_phantoms * past_virtual), luminance(irradiance));
+fn incoming_key_light(index: u32, pos_world: vec3f, normal: vec3f) -> IncomingLight {
+    return incoming(index, pos_world, normal, true);
+}
+
+/// Radiance of phantoms, which they contribute in place of the light they hide.
+fn hidden_radiance() -> vec3f {
+    return unpack_light(results.weights[dome.direction_count]);
+}
+
+/// Contribution of one light to the sums at a phantom. `past`: its visibility past phantoms and past virtual casters.
+fn phantom_term(light: Light, past: vec2f) -> LightSums {
+    let irradiance = light.irradiance * light.cos_angle;
+    return LightSums(irradiance * past.x, irradiance * (past.x * past.y), luminance(irradiance));
+}
+
+/// Contribution of one light to the sums at a surface.
+fn surface_term(light: Light, past: vec2f, hidden: vec3f) -> LightSums {
+    let unshadowed = light.map_irradiance * max(light.map_cos_angle, 0.0);
+    let open = mix(hidden * light.solid_angle, light.irradiance, past.x);
+    return LightSums(unshadowed, open * (past.y * max(light.cos_angle, 0.0)), 0.0);
+}
+
+/// Visibility of a direction's light at a surface past phantoms (x) and past virtual casters (y). The surface lies
+/// among the casters of its own kind, above which the lookup starts. Kinds without casters take no lookup.
+fn direction_visibility(incoming: IncomingLight, normal: vec3f, is_real: bool) -> vec2f {
+    var past = vec2f(1.0);
+    if incoming.light.cos_angle > 0.0 {
+        let above = above_surface(incoming.point, normal, incoming.light.cos_angle);
+        for (var kind = first_kind(); kind < end_of_kinds(); kind++) {
+            let start = select(incoming.point.pos_world, above, (kind == PHANTOM_CASTERS) == is_real);
+            past[1u - kind] = visibility(kind, incoming.point, start, normal);
+        }
+    }
+    return past;
+}
+
+/// The same for a key light.
+fn key_light_visibility(incoming: IncomingLight, normal: vec3f, is_real: bool) -> vec2f {
+    var past = vec2f(1.0);
+    if incoming.light.cos_angle > 0.0 {
+        let above = above_surface(incoming.point, normal, incoming.light.cos_angle);
+        for (var kind = first_kind(); kind < end_of_kinds(); kind++) {
+            let start = select(incoming.point.pos_world, above, (kind == PHANTOM_CASTERS) == is_real);
+            past[1u - kind] = key_visibility(kind, incoming.point, start, normal);
+        }
+    }
+    return past;
 }
 
 /// Sums over a subset of the directions at a phantom.
@@ -118,16 +179,14 @@ fn accumulate_phantom(pos_world: vec3f, normal: vec3f, ranks: RankSubset) -> Lig
     for (var rank = ranks.first; rank < dome.direction_count; rank += ranks.step) {
         let index = direction_at(rank);
         let incoming = incoming_light(index, pos_world, normal);
-        if is_key(index) || incoming.cos_angle <= 0.0 {
+        if is_key(index) || incoming.light.cos_angle <= 0.0 {
             continue;
         }
         var past = vec2f(1.0);
         if rank < bright {
-            let above = above_surface(incoming.point, normal, incoming.cos_angle);
-            past.x = visibility(PHANTOM_CASTERS, incoming.point, above, normal);
-            past.y = visibility(VIRTUAL_CASTERS, incoming.point, incoming.point.pos, normal);
+            past = direction_visibility(incoming, normal, true);
         }
-        total = add_sums(total, phantom_term(incoming, past.x, past.y));
+        total = add_sums(total, phantom_term(incoming.light, past));
     }
     return total;
 }
@@ -137,12 +196,10 @@ fn accumulate_phantom_keys(pos_world: vec3f, normal: vec3f) -> LightSums {
     var total = LightSums();
 #ifdef KEY_LIGHTS
     for (var key = dome.first_key; key < dome.shadow_map_count; key++) {
-        let incoming = incoming_light(key, pos_world, normal);
-        if incoming.cos_angle > 0.0 {
-            let above = above_surface(incoming.point, normal, incoming.cos_angle);
-            let past_phantoms = key_visibility(PHANTOM_CASTERS, incoming.point, above, normal);
-            let past_virtual = key_visibility(VIRTUAL_CASTERS, incoming.point, incoming.point.pos, normal);
-            total = add_sums(total, phantom_term(incoming, past_phantoms, past_virtual));
+        let incoming = incoming_key_light(key, pos_world, normal);
+        if incoming.light.cos_angle > 0.0 {
+            let past = key_light_visibility(incoming, normal, true);
+            total = add_sums(total, phantom_term(incoming.light, past));
         }
     }
 #endif
@@ -164,25 +221,9 @@ fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     return phantom_factor(add_sums(directions, accumulate_phantom_keys(pos_world, normal)));
 }
 
-/// Contribution of one light to the sums at a surface. Phantoms contribute their own light in place of the light they
-/// hide.
-fn surface_term(
-    index: u32,
-    incoming: IncomingLight,
-    normal: vec3f,
-    past_phantoms: f32,
-    past_virtual: f32,
-) -> LightSums {
-    let weight = results.weights[index];
-    // In the environment map, all lights are far away.
-    let unshadowed = unpack_light(weight) * max(dot(normal, incoming.point.axes.direction), 0.0);
-    let hidden = unpack_light(results.weights[dome.direction_count]) * unpack_solid_angle(weight);
-    let open = mix(hidden, incoming.irradiance, past_phantoms);
-    return LightSums(unshadowed, open * (past_virtual * max(incoming.cos_angle, 0.0)), 0.0);
-}
-
-/// Sums over a subset of the directions at a surface.
+/// Sums over a subset of the directions at a surface. Virtual casters do not count at a real one.
 fn accumulate_surface(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: RankSubset) -> LightSums {
+    let hidden = hidden_radiance();
     let bright = bright_directions();
     var total = LightSums();
     for (var rank = ranks.first; rank < dome.direction_count; rank += ranks.step) {
@@ -192,14 +233,10 @@ fn accumulate_surface(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: Ran
         }
         let incoming = incoming_light(index, pos_world, normal);
         var past = vec2f(1.0);
-        if rank < bright && incoming.cos_angle > 0.0 {
-            let above = above_surface(incoming.point, normal, incoming.cos_angle);
-            past.x = visibility(PHANTOM_CASTERS, incoming.point, select(incoming.point.pos, above, is_real), normal);
-            if !is_real {
-                past.y = visibility(VIRTUAL_CASTERS, incoming.point, above, normal);
-            }
+        if rank < bright {
+            past = direction_visibility(incoming, normal, is_real);
         }
-        total = add_sums(total, surface_term(index, incoming, normal, past.x, past.y));
+        total = add_sums(total, surface_term(incoming.light, vec2f(past.x, select(past.y, 1.0, is_real)), hidden));
     }
     return total;
 }
@@ -208,19 +245,11 @@ fn accumulate_surface(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: Ran
 fn accumulate_surface_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> LightSums {
     var total = LightSums();
 #ifdef KEY_LIGHTS
+    let hidden = hidden_radiance();
     for (var key = dome.first_key; key < dome.shadow_map_count; key++) {
-        let incoming = incoming_light(key, pos_world, normal);
-        var past = vec2f(1.0);
-        if incoming.cos_angle > 0.0 {
-            let above = above_surface(incoming.point, normal, incoming.cos_angle);
-            past.x = key_visibility(
-                PHANTOM_CASTERS, incoming.point, select(incoming.point.pos, above, is_real), normal,
-            );
-            if !is_real {
-                past.y = key_visibility(VIRTUAL_CASTERS, incoming.point, above, normal);
-            }
-        }
-        total = add_sums(total, surface_term(key, incoming, normal, past.x, past.y));
+        let incoming = incoming_key_light(key, pos_world, normal);
+        let past = key_light_visibility(incoming, normal, is_real);
+        total = add_sums(total, surface_term(incoming.light, vec2f(past.x, select(past.y, 1.0, is_real)), hidden));
     }
 #endif
     return total;

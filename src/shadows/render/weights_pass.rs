@@ -39,4 +39,5 @@ pub(super) fn weights_pass(
         pass.dispatch_workgroups(1, 1, 1);
     });
     prepared.summed_writes = writes;
+    prepared.sums = prepared.sums.wrapping_add(1);
 }

@@ -68,15 +68,22 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
         Some("image_based.wgsl" | "toon.wgsl") => {
             let filtered = FILTERS.map(|filter| vec![FORWARD, TEXTURED, PREPASSED, filter]);
             let multisampled = vec![FORWARD, TONEMAPPED, PREPASSED, &["KEY_LIGHTS", "SPOTS"] as &[&str]];
+            let few = vec![FORWARD, TEXTURED, PREPASSED, &["SAMPLES_ONLY"] as &[&str]];
             let sorted = vec![FORWARD, TEXTURED, PREPASSED, SORTED, CROSSFADED];
-            forward.iter().cloned().chain(filtered).chain([multisampled, sorted]).collect()
+            forward.iter().cloned().chain(filtered).chain([multisampled, few, sorted]).collect()
         }
         Some("visibility_pass.wgsl") => {
-            let steps: [&[&str]; 3] = [&[], &["TALLY"], &["GATHER"]];
+            let steps: [&[&str]; 4] = [&[], &["INTERLEAVED"], &["CACHED"], &["INTERLEAVED", "CACHED"]];
             let multisampled: &[&str] = &["MULTISAMPLED", "KEY_LIGHTS", "SPOTS"];
             let filtered = FILTERS.iter().flat_map(|filter| steps.map(|step| vec![*filter, step]));
             filtered.flat_map(|set| [set.clone(), [set.as_slice(), &[multisampled]].concat()]).collect()
         }
+        Some("visibility_plan_pass.wgsl") => FILTERS
+            .iter()
+            .flat_map(|filter| {
+                [vec![*filter, &["INTERLEAVED", "KEY_LIGHTS", "SPOTS"]], vec![*filter, &["MULTISAMPLED"]]]
+            })
+            .collect(),
         Some("soft_edges_pass.wgsl") => vec![vec![], vec![&["MULTISAMPLED"] as &[&str]]],
         Some("downsample.wgsl") => vec![vec![], vec![&["COPIES"] as &[&str]]],
         // The rings of taps in prefilter/lobe.rs.
@@ -107,7 +114,7 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let receiving: &[&str] = &["RECEIVES_SHADOWS"];
             let with_shadows = forward.iter().map(|set| [set.as_slice(), &[receiving]].concat());
             let prepassed = vec![FORWARD, PREPASSED, receiving, &["KEY_LIGHTS", "SPOTS"] as &[&str]];
-            let lit = vec![FORWARD, PREPASSED, receiving, &["HAS_LAMPS"] as &[&str]];
+            let lit = vec![FORWARD, PREPASSED, receiving, &["HAS_LAMPS", "SAMPLES_ONLY"] as &[&str]];
             let crossfaded = vec![FORWARD, PREPASSED, receiving, CROSSFADED];
             forward.iter().cloned().chain(with_shadows).chain([prepassed, lit, crossfaded]).collect()
         }
