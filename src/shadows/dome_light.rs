@@ -104,8 +104,9 @@ pub enum DomeCoverage {
 ///
 /// All variants except [`Fragment`](Self::Fragment) need a depth and normal prepass. The crate adds it to the camera
 /// with the visibility pass: the first active [`ArCamera`](crate::camera::ArCamera), or the first active `Camera3d`
-/// if there is none. Fragments without a matching sample (thin or transparent objects) and fragments of all other
-/// cameras compute the sum themselves.
+/// if there is none. Fragments of that camera without a matching sample, on things thinner than a sample, take those of
+/// the most similar surfaces within eight pixels. Transparent objects and all other cameras compute the sum in every
+/// fragment; so does everything that an opaque prepass shows while a camera without the pass has both prepasses.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum VisibilitySamples {

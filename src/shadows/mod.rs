@@ -26,8 +26,9 @@
 //! materials interpolate its samples along surfaces ([`VisibilitySamples`]). By default, each of 2 × 2 samples sums
 //! over every fourth direction, ordered by strength, and takes the sums over the other directions from its neighbors
 //! (interleaved sampling, Keller and Heidrich 2001). What a sample has looked up is kept while it shows the same point
-//! and nothing is drawn into the shadow map: where nothing moves, light may change without a single lookup. Other
-//! cameras, transparent surfaces, and edges too thin for a sample sum in the fragment shader.
+//! and nothing is drawn into the shadow map: where nothing moves, light may change without a single lookup. Fragments
+//! too thin for a sample take those of the nearest similar surfaces. Other cameras and transparent surfaces sum in the
+//! fragment shader.
 //!
 //! # Directions
 //! Directions are spread evenly (a Fibonacci lattice), or a [`LightsFile`] lists directional lights and spot lights

@@ -19,6 +19,8 @@ use bevy_mirrorball::{
 const SAME: u8 = 1;
 /// 64 directions stand for 2.8° each around; the steps of a dome's penumbra are about this large.
 const RATIO_TOLERANCE: f32 = 0.04;
+/// Largest difference of things that have no sample of their own.
+const THIN: u8 = 6;
 /// The least difference that counts as a shadow, in sRGB steps: well above rounding.
 const DARKER: u8 = 6;
 
@@ -158,6 +160,34 @@ fn the_visibility_pass_finds_what_every_fragment_would() {
         assert!(worst <= most && share <= most_different);
     }
     assert!(unshadowed > 0.2, "there is something to see");
+}
+
+#[test]
+fn things_thinner_than_a_sample_are_as_bright_as_with_a_sum_of_their_own() {
+    // Four tenths of a pixel wide, beside a wall.
+    let stick = Cuboid::new(0.003, 0.003, 0.3);
+    let shoot = |samples, has_wall: bool| {
+        let mut desk = Desk::new()?;
+        desk.app.world_mut().entity_mut(desk.dome).insert(ShadowDomeLight { samples, ..default() });
+        desk.add_virtual(stick, Vec3::new(0.04, 0.0015, 0.0));
+        if has_wall {
+            desk.add_virtual(Cuboid::new(0.02, 0.2, 0.4), Vec3::new(-0.02, 0.1, 0.0));
+        }
+        Some(desk.shoot())
+    };
+    let [Some(sampled), Some(summed), Some(open)] = [
+        (VisibilitySamples::Interleaved, true),
+        (VisibilitySamples::Fragment, true),
+        (VisibilitySamples::Fragment, false),
+    ]
+    .map(|(samples, has_wall)| shoot(samples, has_wall)) else {
+        return;
+    };
+    let along = (-12..=12).map(|i| summed.at(Vec3::new(0.04, 0.003, 0.01 * i as f32)));
+    let off = |shot: &Shot| along.clone().map(|at| shot.0[at].abs_diff(summed.0[at])).max().unwrap_or(0);
+    let (thin, shadow) = (off(&sampled), off(&open));
+    println!("a thin stick: off by {thin}/255, of {shadow}/255 that the shadow of the wall takes");
+    assert!(shadow >= DARKER && thin <= THIN);
 }
 
 #[test]
