@@ -76,8 +76,8 @@
 //! | main pass | 70 | 72 | 74 | 71 |
 //! | lookups per sample in the visibility pass | 0 | 2 key lights | 4 and key lights | 16 and key lights |
 //!
-//! On SwiftShader, without key lights, the main pass takes 211 without a dome and 254 with it, visibility 13, 72, 108 and
-//! 146, and the prepass 6 to 9.
+//! On SwiftShader, without key lights, the main pass takes 211 without a dome and 254 with it, visibility 13, 72, 108
+//! and 146, and the prepass 6 to 9.
 //!
 //! Per pixel, the main pass reads four samples of 32 bytes; a sample sums over 32 directions of 16 bytes, half of them
 //! below the horizon, and compares nine neighbors.
