@@ -63,17 +63,17 @@
 //! Milliseconds of passes on the GPU, in the benchmark's scene (20 casters of 20 000 triangles, 640 × 360, 64
 //! directions, llvmpipe of Mesa 22.3 on two cores, 2026-11-29; `cargo bench --profile dev --features egui,webcam
 //! --bench shadows -- --directions 64 --samples interleaved --triangles 20000 --cases static,lights,moving,camera
-//! --real-lights 2 --passes`). Both places for key lights are taken. The main pass takes 51 to 59 without a dome and 86
+//! --real-lights 2 --passes`). Both places for key lights are taken. The main pass takes 51 to 67 without a dome and 86
 //! to 109 with two of Bevy's shadow-casting directional lights.
 //!
 //! | | nothing changes | lights do | casters turn | camera moves |
 //! |---|---|---|---|---|
-//! | shadow maps | – | 7 | 40 | – |
-//! | depth pyramids | – | 3 | 3 | – |
+//! | shadow maps | – | 7 to 10 | 40 to 66 | – |
+//! | depth pyramids | – | 3 to 4 | 3 to 8 | – |
 //! | weights | – | 1 | – | – |
-//! | prepass | 3 | 4 | 4 | 3 |
-//! | visibility | 3 | 40 (16 without key lights) | 52 | 61 |
-//! | main pass | 70 | 72 | 74 | 71 |
+//! | prepass | 2 to 3 | 4 to 5 | 4 | 2 to 3 |
+//! | visibility | 3 | 40 to 55 (16 without key lights) | 52 | 61 to 75 |
+//! | main pass beyond that without a dome | 11 to 13 | 14 to 16 | 17 to 22 | 5 to 19 |
 //! | lookups per sample in the visibility pass | 0 | 2 key lights | 4 and key lights | 16 and key lights |
 //!
 //! On SwiftShader, without key lights, the main pass takes 211 without a dome and 254 with it, visibility 13, 72, 108

@@ -74,17 +74,18 @@ pub(super) struct LookupSources {
     pub(super) resolution: Option<UVec2>,
 }
 
-/// Sizes of the buffers: samples across and down, and lookups per sample.
+/// Sizes of the buffers: samples across and down, and lookups per sample, which reads every `step`th direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct CacheSize {
     samples: UVec2,
+    step: u32,
     slots: u32,
 }
 
 impl CacheSize {
     fn new(fitted: &FittedDome, samples: UVec2) -> Self {
         let step = if fitted.samples == VisibilitySamples::Interleaved { 4 } else { 1 };
-        Self { samples, slots: fitted.shadow_maps().div_ceil(step) + fitted.keys.len() as u32 }
+        Self { samples, step, slots: fitted.shadow_maps().div_ceil(step) + fitted.keys.len() as u32 }
     }
 
     fn lookup_bytes(self) -> u64 {
@@ -219,5 +220,12 @@ mod tests {
         };
         assert_eq!(size(VisibilitySamples::Interleaved), 320 * 180 * 2 * (17 + 2 + 1));
         assert_eq!(size(VisibilitySamples::Half), 320 * 180 * 2 * (66 + 2));
+    }
+
+    #[test]
+    fn a_plan_is_never_read_with_the_layout_of_other_samples() {
+        let size = |samples| CacheSize::new(&FittedDome { samples, ..default() }, UVec2::new(320, 180));
+        assert_eq!(size(VisibilitySamples::Half).lookup_bytes(), size(VisibilitySamples::Interleaved).lookup_bytes());
+        assert_ne!(size(VisibilitySamples::Half), size(VisibilitySamples::Interleaved));
     }
 }
