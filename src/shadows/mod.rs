@@ -76,7 +76,7 @@
 //! | main pass beyond that without a dome | 11 to 13 | 14 to 16 | 17 to 22 | 5 to 19 |
 //! | lookups per sample in the visibility pass | 0 | 2 key lights | 4 and key lights | 16 and key lights |
 //!
-//! On SwiftShader, without key lights, the main pass takes 211 without a dome and 254 with it, visibility 13, 72, 108
+//! On `SwiftShader`, without key lights, the main pass takes 211 without a dome and 254 with it, visibility 13, 72, 108
 //! and 146, and the prepass 6 to 9.
 //!
 //! Per pixel, the main pass reads four samples of 32 bytes; a sample sums over 32 directions of 16 bytes, half of them
