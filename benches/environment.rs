@@ -115,7 +115,7 @@ impl WholePath {
             |darker| FramePixels::new(size, (0..size.element_product()).flat_map(|i| shade(i, darker)).collect());
         let pictures = [picture(0), picture(20)].map(|pixels| pixels.map(Arc::new));
         let [Some(light), Some(dark)] = pictures else { return Err("a picture has the wrong size".into()) };
-        let intrinsics = Intrinsics { focal: Vec2::splat(600.0), center: 0.5 * size.as_vec2(), size };
+        let intrinsics = Intrinsics::new(Vec2::splat(600.0), 0.5 * size.as_vec2(), size);
         let camera = (ArCamera::new(intrinsics), Camera { is_active: false, ..default() });
         let camera = app.world_mut().spawn(camera).id();
         app.world_mut().spawn((LightProbeSphere::default(), Transform::from_xyz(0.0, 0.0, -0.6)));

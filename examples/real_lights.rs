@@ -92,7 +92,7 @@ fn draw(picture: u32, is_enabled: bool) -> Outcome<image::RgbImage> {
         app.add_plugins(MirrorballPlugins).add_systems(Update, show_arrows);
     })?;
     let (texture, target) = headless::add_target(&mut app, SIZE);
-    let intrinsics = Intrinsics { focal: Vec2::splat(FOCAL), center: SIZE.as_vec2() / 2.0, size: SIZE };
+    let intrinsics = Intrinsics::new(Vec2::splat(FOCAL), SIZE.as_vec2() / 2.0, SIZE);
     let feed = CameraFeed::file(file).with_pace(FeedPace::Lockstep);
     let camera = Camera { is_active: false, ..default() };
     let camera = app.world_mut().spawn((ArCamera::new(intrinsics), camera, target, feed)).id();

@@ -41,7 +41,7 @@ pub(crate) struct Options {
 impl Options {
     pub(crate) fn intrinsics_of(&self, size: UVec2) -> Intrinsics {
         let [fx, fy, cx, cy] = self.intrinsics;
-        Intrinsics { focal: Vec2::new(fx, fy), center: Vec2::new(cx, cy), size }
+        Intrinsics::new(Vec2::new(fx, fy), Vec2::new(cx, cy), size)
     }
 
     /// Reads the command line. Returns `None` if help was requested.

@@ -129,9 +129,7 @@ impl Options {
     /// The intrinsics given on the command line, if any.
     pub(crate) fn intrinsics(&self, size: UVec2) -> Option<Intrinsics> {
         self.lens.as_ref().map(|lens| match *lens {
-            Lens::Intrinsics([fx, fy, cx, cy]) => {
-                Intrinsics { focal: Vec2::new(fx, fy), center: Vec2::new(cx, cy), size }
-            }
+            Lens::Intrinsics([fx, fy, cx, cy]) => Intrinsics::new(Vec2::new(fx, fy), Vec2::new(cx, cy), size),
             Lens::FieldOfView(degrees) => Intrinsics::from_horizontal_fov(size, degrees.to_radians()),
         })
     }

@@ -96,7 +96,7 @@ fn draw() -> Outcome<()> {
     })?;
     let (picture, target) = headless::add_target(&mut app, size);
     let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
-    let intrinsics = Intrinsics { focal: Vec2::splat(FOCAL), center: frame_size.as_vec2() / 2.0, size: frame_size };
+    let intrinsics = Intrinsics::new(Vec2::splat(FOCAL), frame_size.as_vec2() / 2.0, frame_size);
     app.world_mut().spawn((ArCamera::new(intrinsics), feed, target, ShadowLodOrigin));
     load(&mut app)?;
 

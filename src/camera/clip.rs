@@ -90,11 +90,8 @@ impl Clip {
                 "a number of frames per second above 0, from 0.001 to 1000",
             ));
         }
-        let intrinsics = sidecar.intrinsics.map(|k| Intrinsics {
-            focal: Vec2::new(k.fx, k.fy),
-            center: Vec2::new(k.cx, k.cy),
-            size,
-        });
+        let intrinsics =
+            sidecar.intrinsics.map(|k| Intrinsics::new(Vec2::new(k.fx, k.fy), Vec2::new(k.cx, k.cy), size));
         if let Some(k) = intrinsics.filter(|k| !k.is_valid()) {
             let found = format!("fx {}, fy {}, cx {}, cy {}", k.focal.x, k.focal.y, k.center.x, k.center.y);
             return Err(wrong("intrinsics", found, "in pixels, with focal lengths above 0"));

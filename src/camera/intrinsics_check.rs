@@ -55,7 +55,7 @@ impl Intrinsics {
     /// # use bevy::math::{UVec2, Vec2};
     /// # use bevy_mirrorball::camera::{Intrinsics, IntrinsicsProblem};
     /// let (focal, size) = (Vec2::splat(1200.0), UVec2::new(1280, 960));
-    /// let known = Intrinsics { focal, center: Vec2::new(640.0, 480.0), size };
+    /// let known = Intrinsics::new(focal, Vec2::new(640.0, 480.0), size);
     /// assert_eq!(known.problem(UVec2::new(640, 480)), None);
     /// let mixed_up = Intrinsics { size: UVec2::new(640, 480), ..known };
     /// assert!(matches!(mixed_up.problem(UVec2::new(640, 480)), Some(IntrinsicsProblem::FarCenter { .. })));
@@ -101,7 +101,7 @@ mod tests {
     const FRAME: UVec2 = UVec2::new(640, 480);
 
     fn of(center: (f32, f32), size: (u32, u32)) -> Option<IntrinsicsProblem> {
-        Intrinsics { focal: Vec2::splat(600.0), center: center.into(), size: size.into() }.problem(FRAME)
+        Intrinsics::new(Vec2::splat(600.0), center.into(), size.into()).problem(FRAME)
     }
 
     #[test]

@@ -99,7 +99,7 @@ pub use error::CameraError;
 pub use feed::{CameraFeed, FeedPace};
 pub use feed_state::{FeedState, FeedStatistics};
 pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
-pub use intrinsics::Intrinsics;
+pub use intrinsics::{Distortion, Intrinsics};
 pub use intrinsics_check::IntrinsicsProblem;
 pub use projection::{FrameFit, FrameMapping, IntrinsicsProjection};
 pub use upload::FrameTexture;

@@ -70,11 +70,7 @@ impl FrameMapping {
 
     /// Intrinsics of the view, as if the view were the frame of the camera.
     pub fn view_intrinsics(&self, frame: &Intrinsics) -> Intrinsics {
-        Intrinsics {
-            focal: frame.focal * self.scale,
-            center: frame.center * self.scale + self.offset,
-            size: self.view_size.as_uvec2(),
-        }
+        Intrinsics::new(frame.focal * self.scale, frame.center * self.scale + self.offset, self.view_size.as_uvec2())
     }
 }
 
@@ -174,7 +170,7 @@ mod tests {
     use bevy::camera::RenderTargetInfo;
 
     fn webcam() -> Intrinsics {
-        Intrinsics { focal: Vec2::new(600.0, 590.0), center: Vec2::new(310.0, 250.0), size: UVec2::new(640, 480) }
+        Intrinsics::new(Vec2::new(600.0, 590.0), Vec2::new(310.0, 250.0), UVec2::new(640, 480))
     }
 
     fn view_pixel(projection: &IntrinsicsProjection, pos_camera: Vec3) -> Vec2 {

@@ -178,8 +178,7 @@ mod tests {
 
     #[test]
     fn points_are_projected_to_where_the_camera_shows_them() {
-        let intrinsics =
-            Intrinsics { focal: Vec2::new(90.0, 80.0), center: Vec2::new(60.0, 30.0), size: UVec2::new(128, 64) };
+        let intrinsics = Intrinsics::new(Vec2::new(90.0, 80.0), Vec2::new(60.0, 30.0), UVec2::new(128, 64));
         let pose = Transform::from_xyz(0.3, 1.0, -0.2).looking_at(Vec3::new(0.1, 0.0, 0.3), Vec3::Y);
         let uniform = projected(&intrinsics, &pose.compute_affine(), Vec2::ZERO);
         for point in [Vec3::ZERO, Vec3::new(0.2, -0.1, 0.4), Vec3::new(-0.1, 0.2, 0.1)] {

@@ -111,7 +111,7 @@ impl<'a> BallPhoto<'a> {
             }
             fov if fov > 180.0 && fov <= 360.0 => {
                 let hidden = (0.5 * (360.0 - fov)).max(MIN_HIDDEN_DEGREES).to_radians();
-                (Intrinsics { focal: Vec2::splat(radius / hidden.tan()), center, size }, hidden)
+                (Intrinsics::new(Vec2::splat(radius / hidden.tan()), center, size), hidden)
             }
             _ => return Err(BallPhotoError::FieldOfView(fov_degrees)),
         };

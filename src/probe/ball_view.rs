@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     fn webcam() -> Intrinsics {
-        Intrinsics { focal: Vec2::new(1300.0, 1300.0), center: Vec2::new(640.0, 360.0), size: UVec2::new(1280, 720) }
+        Intrinsics::new(Vec2::new(1300.0, 1300.0), Vec2::new(640.0, 360.0), UVec2::new(1280, 720))
     }
 
     fn directions() -> impl Iterator<Item = Vec3> {

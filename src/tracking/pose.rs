@@ -232,7 +232,7 @@ mod tests {
     const SIZE: f64 = 0.1;
 
     fn webcam() -> Intrinsics {
-        Intrinsics { focal: Vec2::new(600.0, 605.0), center: Vec2::new(318.0, 243.0), size: UVec2::new(640, 480) }
+        Intrinsics::new(Vec2::new(600.0, 605.0), Vec2::new(318.0, 243.0), UVec2::new(640, 480))
     }
 
     /// Pose of a camera above the desk that looks at a marker, from its distance, its tilt against the normal, and its

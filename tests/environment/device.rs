@@ -58,7 +58,7 @@ impl Scene {
         let (picture, target) = headless::add_target(&mut app, Self::SIZE);
         let gray = FramePixels::new(Self::SIZE, vec![150; 4 * Self::SIZE.element_product() as usize]);
         let feed = CameraFeed::pixels(gray.expect("as many bytes as the size says")).with_pace(FeedPace::Lockstep);
-        let intrinsics = Intrinsics { focal: Vec2::splat(80.0), center: 0.5 * Self::SIZE.as_vec2(), size: Self::SIZE };
+        let intrinsics = Intrinsics::new(Vec2::splat(80.0), 0.5 * Self::SIZE.as_vec2(), Self::SIZE);
         let pose = Transform::from_xyz(0.0, 0.6, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z);
         app.world_mut().spawn((ArCamera::new(intrinsics), pose, feed, target, SoftPhantomEdges::default()));
         let sky = UniformSky { radiance: Some(Vec3::splat(0.4)) };

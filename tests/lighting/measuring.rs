@@ -20,7 +20,7 @@ use std::time::Duration;
 
 const PHOTO: &str = "assets/desk/photo.jpg";
 const INTRINSICS: Intrinsics =
-    Intrinsics { focal: Vec2::new(601.83, 601.83), center: Vec2::new(320.0, 240.0), size: UVec2::new(640, 480) };
+    Intrinsics::new(Vec2::new(601.83, 601.83), Vec2::new(320.0, 240.0), UVec2::new(640, 480));
 
 /// What measures without drawing.
 fn measuring() -> App {

@@ -36,8 +36,7 @@ const EDGE_MARGIN_PIXELS: f32 = 1.5;
 pub(crate) const REFLECTANCE: f32 = 0.8;
 const PAPER: f32 = 0.6;
 
-pub(crate) const INTRINSICS: Intrinsics =
-    Intrinsics { focal: Vec2::new(265.0, 260.0), center: Vec2::new(112.0, 74.0), size: SIZE };
+pub(crate) const INTRINSICS: Intrinsics = Intrinsics::new(Vec2::new(265.0, 260.0), Vec2::new(112.0, 74.0), SIZE);
 
 pub(crate) fn camera_pose() -> Transform {
     Transform::from_xyz(0.08, 0.22, 0.24).looking_at(Vec3::new(0.047, 0.035, 0.0), Vec3::new(0.1, 1.0, 0.0))

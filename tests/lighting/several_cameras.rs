@@ -15,7 +15,7 @@ use bevy_mirrorball::{
 use std::time::Duration;
 
 const SIZE: UVec2 = UVec2::new(160, 120);
-const INTRINSICS: Intrinsics = Intrinsics { focal: Vec2::splat(150.0), center: Vec2::new(80.0, 60.0), size: SIZE };
+const INTRINSICS: Intrinsics = Intrinsics::new(Vec2::splat(150.0), Vec2::new(80.0, 60.0), SIZE);
 const BALL: Vec3 = Vec3::new(0.1, 0.05, 0.0);
 
 struct Desk {

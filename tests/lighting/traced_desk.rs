@@ -157,7 +157,7 @@ impl<'a> TracedDesk<'a> {
 
     fn intrinsics(&self) -> Intrinsics {
         let focal = Vec2::splat(1.025 * self.size.x as f32);
-        Intrinsics { focal, center: self.size.as_vec2() / 2.0, size: self.size }
+        Intrinsics::new(focal, self.size.as_vec2() / 2.0, self.size)
     }
 
     fn pose(&self) -> Transform {

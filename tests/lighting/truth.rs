@@ -32,8 +32,7 @@ pub(crate) fn desk_picture(folder: &Path, room: &str) -> DeskFrame {
     let truth = sidecar(&folder.join(format!("{room}.json")));
     let frame = FramePixels::open(folder.join(format!("{room}_frame.png"))).expect("the photograph");
     let k = |key: &str| truth["intrinsics"][key].as_f64().expect("a number") as f32;
-    let intrinsics =
-        Intrinsics { focal: Vec2::new(k("fx"), k("fy")), center: Vec2::new(k("cx"), k("cy")), size: frame.size };
+    let intrinsics = Intrinsics::new(Vec2::new(k("fx"), k("fy")), Vec2::new(k("cx"), k("cy")), frame.size);
     let pose = &truth["camera_to_marker"];
     let world_from_camera =
         Transform::from_translation(vector(&pose["origin"])).looking_at(vector(&pose["target"]), Vec3::Y);

@@ -199,7 +199,7 @@ fn photograph_in(room: &FramePixels) -> DeskFrame {
     const SIZE: UVec2 = UVec2::new(360, 360);
     const RAYS: u32 = 2;
     let pose = Transform::from_xyz(0.2, 0.45, 0.5).looking_at(Vec3::ZERO, Vec3::Y);
-    let intrinsics = Intrinsics { focal: Vec2::splat(2100.0), center: SIZE.as_vec2() * 0.5, size: SIZE };
+    let intrinsics = Intrinsics::new(Vec2::splat(2100.0), SIZE.as_vec2() * 0.5, SIZE);
     let ball = BallView::new(pose.to_matrix().inverse().transform_point3(Vec3::ZERO), 0.05).expect("in front");
     let lookup = |dir: Vec3| {
         let pixel = (equirect_position(dir) * room.size.as_vec2()).as_ivec2();

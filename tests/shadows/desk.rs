@@ -14,8 +14,7 @@ pub(crate) const HEIGHT: f32 = 0.6;
 pub(crate) const GRAY: u8 = 150;
 pub(crate) const SKY: f32 = 0.4;
 
-pub(crate) const INTRINSICS: Intrinsics =
-    Intrinsics { focal: Vec2::splat(80.0), center: Vec2::new(48.0, 32.0), size: SIZE };
+pub(crate) const INTRINSICS: Intrinsics = Intrinsics::new(Vec2::splat(80.0), Vec2::new(48.0, 32.0), SIZE);
 
 /// A camera above a phantom desk, a probe in view, a dome, and a picture with a slight pattern.
 pub(crate) struct Desk {

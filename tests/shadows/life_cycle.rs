@@ -201,7 +201,7 @@ impl Shipped {
         })?;
         let (picture, target) = headless::add_target(&mut app, Self::VIEW);
         let size = UVec2::new(640, 480);
-        let intrinsics = Intrinsics { focal: Vec2::splat(601.83), center: 0.5 * size.as_vec2(), size };
+        let intrinsics = Intrinsics::new(Vec2::splat(601.83), 0.5 * size.as_vec2(), size);
         let feed = CameraFeed::file("assets/desk/photo.jpg").with_pace(FeedPace::Lockstep);
         app.world_mut().spawn((ArCamera::new(intrinsics), feed, target, Msaa::Off));
         app.world_mut().spawn(ShadowDomeLight { directions: 16, ..default() });

@@ -11,7 +11,7 @@ use bevy_mirrorball::{camera::FramePixels, headless, materials::ShowPhantoms, pr
 /// Rounding to 8 bits.
 const SAME: u8 = 1;
 const SIZE: UVec2 = UVec2::new(96, 64);
-const INTRINSICS: Intrinsics = Intrinsics { focal: Vec2::splat(80.0), center: Vec2::new(48.0, 32.0), size: SIZE };
+const INTRINSICS: Intrinsics = Intrinsics::new(Vec2::splat(80.0), Vec2::new(48.0, 32.0), SIZE);
 const GREEN: [u8; 3] = [0, 255, 0];
 /// The engine's clear color.
 const CLEAR: [u8; 3] = [43, 44, 47];

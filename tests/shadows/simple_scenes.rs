@@ -42,7 +42,7 @@ struct Scene {
 fn intrinsics(pixels: f32) -> Intrinsics {
     let distance = EYE.distance(Vec3::Y * BALL_RADIUS);
     let focal = Vec2::splat(pixels * distance / (2.0 * BALL_RADIUS));
-    Intrinsics { focal, center: 0.5 * SIZE.as_vec2(), size: SIZE }
+    Intrinsics::new(focal, 0.5 * SIZE.as_vec2(), SIZE)
 }
 
 impl Scene {

@@ -48,11 +48,7 @@ struct Pinhole {
 
 impl Pinhole {
     fn with_size(&self, size: [u32; 2]) -> Intrinsics {
-        Intrinsics {
-            focal: Vec2::new(self.fx, self.fy),
-            center: Vec2::new(self.cx, self.cy),
-            size: UVec2::from_array(size),
-        }
+        Intrinsics::new(Vec2::new(self.fx, self.fy), Vec2::new(self.cx, self.cy), UVec2::from_array(size))
     }
 }
 
@@ -142,11 +138,8 @@ mod photograph {
     /// Side of the black squares in meters.
     const SIZE: f64 = 0.053;
 
-    const INTRINSICS: Intrinsics = Intrinsics {
-        focal: Vec2::new(615.167_5, 615.167_54),
-        center: Vec2::new(312.189, 243.437_38),
-        size: UVec2::new(640, 480),
-    };
+    const INTRINSICS: Intrinsics =
+        Intrinsics::new(Vec2::new(615.167_5, 615.167_54), Vec2::new(312.189, 243.437_38), UVec2::new(640, 480));
 
     /// A binary PGM with 8 bits; comment lines may stand anywhere in its header.
     fn open_pgm(path: &Path) -> FramePixels {

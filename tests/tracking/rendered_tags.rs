@@ -26,8 +26,7 @@ const SIZES: [f64; 5] = [0.2, 0.2, 0.2, 0.1, 0.1];
 /// Rotation error. Any confusion of axes is at least 90°; the tags are 40…110 px wide.
 const DEGREES: f32 = 0.5;
 
-const INTRINSICS: Intrinsics =
-    Intrinsics { focal: Vec2::splat(700.0), center: Vec2::new(320.0, 240.0), size: UVec2::new(640, 480) };
+const INTRINSICS: Intrinsics = Intrinsics::new(Vec2::splat(700.0), Vec2::new(320.0, 240.0), UVec2::new(640, 480));
 
 fn numbers(text: &str) -> Vec<f64> {
     text.split_whitespace().map(|number| number.parse().expect("a number")).collect()

@@ -24,7 +24,7 @@ const BALL_TOLERANCE: f32 = 0.05;
 /// The pictures of lenses are finer than the cube, but for a texel at their rims.
 const LENS_TOLERANCE: f32 = 0.03;
 
-const INTRINSICS: Intrinsics = Intrinsics { focal: Vec2::splat(250.0), center: Vec2::new(100.0, 75.0), size: SIZE };
+const INTRINSICS: Intrinsics = Intrinsics::new(Vec2::splat(250.0), Vec2::new(100.0, 75.0), SIZE);
 
 fn looking_at(target: Vec3) -> Transform {
     Transform::from_xyz(0.05, 0.25, 0.3).looking_at(target, Vec3::Y)

@@ -102,7 +102,7 @@ fn a_dome_shadow_drops_the_band() {
     let world = studio.app.world_mut();
     world.despawn(studio.ball);
     world.despawn(studio.camera);
-    let intrinsics = Intrinsics { focal: Vec2::splat(FOCAL), center: 0.5 * SIZE.as_vec2(), size: SIZE };
+    let intrinsics = Intrinsics::new(Vec2::splat(FOCAL), 0.5 * SIZE.as_vec2(), SIZE);
     let gray =
         FramePixels::new(SIZE, vec![128; 4 * (SIZE.x * SIZE.y) as usize]).expect("as many bytes as the size says");
     let above = Transform::from_xyz(0.0, 1.0, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z);

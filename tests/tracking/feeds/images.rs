@@ -96,7 +96,7 @@ fn a_frame_larger_than_any_texture_is_scaled_down_and_stays_right() {
     let pixels = (0..size.element_product()).flat_map(|i| half(i % size.x)).collect();
     let pixels = std::sync::Arc::new(FramePixels::new(size, pixels).expect("fits"));
     let (picture, target) = headless::add_target(&mut app, UVec2::new(128, 1));
-    let intrinsics = Intrinsics { focal: Vec2::splat(3000.0), center: 0.5 * size.as_vec2(), size };
+    let intrinsics = Intrinsics::new(Vec2::splat(3000.0), 0.5 * size.as_vec2(), size);
     let camera = (ArCamera { fit: FrameFit::Stretch, ..ArCamera::new(intrinsics) }, target);
     let feed = CameraFeed::pixels(pixels.clone()).with_pace(FeedPace::Lockstep);
     let of_feed = app.world_mut().spawn((camera, feed)).id();
