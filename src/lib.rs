@@ -53,7 +53,7 @@
 //! - *frame*: one image that a camera delivers ([`CameraFrame`](camera::CameraFrame)); *image* means a file or a
 //!   texture.
 //! - *intrinsics*: focal lengths and principal point of a camera in pixels ([`Intrinsics`](camera::Intrinsics)).
-//! - *marker*: printed square of the tag36h11 family; its frame of reference is a
+//! - *marker*: printed square of an AprilTag family; its frame of reference is a
 //!   [`MarkerAnchor`](tracking::MarkerAnchor).
 //! - *phantom*: virtual stand-in for a real thing: it hides virtual things and catches their shadows
 //!   ([`PhantomObject`](phantom::PhantomObject)).

@@ -158,7 +158,7 @@ fn papers_in(
         .iter()
         .filter_map(|marker| {
             let world_from_marker = world_from_camera * marker.pose_in(camera, sequence)?;
-            Some(Paper { world_from_marker, size: marker.size(), reflectance })
+            Some(Paper { world_from_marker, size: marker.paper_size(), reflectance })
         })
         .collect()
 }

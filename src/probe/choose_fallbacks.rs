@@ -197,7 +197,7 @@ fn fit_sky(
     });
     let marker = markers.iter().find_map(|marker| {
         let pose = marker.pose_in(entity, frame.sequence)?;
-        let paper = paper_radiance(&frame.pixels, &intrinsics, &pose, marker.size())?;
+        let paper = paper_radiance(&frame.pixels, &intrinsics, &pose, marker.paper_size())?;
         let up = world_from_camera.transform_vector3(pose.transform_vector3(Vec3::Y)).normalize();
         Some((up, paper / ClipRecovery::default().paper_reflectance))
     });

@@ -53,7 +53,7 @@ impl Observing<'_, '_> {
                 seen_marker: self
                     .markers
                     .iter()
-                    .find_map(|marker| Some((marker.pose_in(camera, frame.sequence)?, marker.size()))),
+                    .find_map(|marker| Some((marker.pose_in(camera, frame.sequence)?, marker.paper_size()))),
             })
             .collect()
     }

@@ -1,7 +1,7 @@
 //! Detector of a game, and the systems that run it.
 
 use super::{
-    DetectedMarkers, MarkerAnchor, MarkerDetector, TrackingError,
+    DetectedMarkers, MarkerAnchor, MarkerDetector, MarkerFamily, MarkerId, TrackingError,
     detect_markers::{detect_markers, detect_mirrored},
 };
 use crate::camera::{ArCamera, ArrivingFrame, CameraFrame};
@@ -39,12 +39,15 @@ impl MarkerDetection {
 
     /// Runs [`detect_markers`](fn@detect_markers) and measures its time; now and then looks for markers in the mirror
     /// image if none of the wanted ones is there. Waits while a frame of another camera is searched.
-    fn detect(&self, frame: &CameraFrame, wanted: &[u32], last_mirrored: &[u32]) -> DetectedMarkers {
+    fn detect(&self, frame: &CameraFrame, wanted: &[MarkerId], last_mirrored: &[MarkerId]) -> DetectedMarkers {
         // A detector that panicked once may work on the next frame.
         let mut detector = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let started = Instant::now();
+        if let Err(error) = detector.set_families(&families_of(wanted)) {
+            error_once!("MarkerDetection: {error}");
+        }
         let markers = detect_markers(&mut *detector, &frame.pixels, wanted);
-        let is_seen = markers.iter().any(|marker| wanted.contains(&marker.id));
+        let is_seen = markers.iter().any(|marker| wanted.contains(&marker.marker()));
         let mirrored = match () {
             () if wanted.is_empty() || is_seen => Vec::new(),
             () if frame.sequence.saturating_sub(1).is_multiple_of(MIRROR_INTERVAL) => {
@@ -53,9 +56,11 @@ impl MarkerDetection {
             () => last_mirrored.to_vec(),
         };
         if !mirrored.is_empty() {
+            let markers: Vec<_> = mirrored.iter().map(MarkerId::to_string).collect();
             warn_once!(
-                "the frames of the camera are mirrored: the markers {mirrored:?} are only in their mirror image. Switch \
-                 mirroring off where the frames come from, or flip them before they become frames"
+                "the frames of the camera are mirrored: {} can be read in their mirror image only. Switch mirroring off \
+                 where the frames come from, or flip them before they become frames",
+                markers.join(", ")
             );
         }
         DetectedMarkers { sequence: frame.sequence, markers, cpu_time: started.elapsed(), mirrored }
@@ -65,9 +70,17 @@ impl MarkerDetection {
 /// Number of frames from one search of the mirror image to the next.
 const MIRROR_INTERVAL: u64 = 30;
 
-/// Numbers of the valid anchors of the game.
-fn wanted_ids<'a>(anchors: impl Iterator<Item = &'a MarkerAnchor>) -> Vec<u32> {
-    anchors.filter(|anchor| anchor.check().is_ok()).map(|anchor| anchor.id).collect()
+/// Markers of the valid anchors of the game.
+fn wanted_markers<'a>(anchors: impl Iterator<Item = &'a MarkerAnchor>) -> Vec<MarkerId> {
+    anchors.filter(|anchor| anchor.check().is_ok()).map(MarkerAnchor::marker).collect()
+}
+
+/// Families to search for: those of the wanted markers, and tag36h11 if none are wanted.
+fn families_of(wanted: &[MarkerId]) -> Vec<MarkerFamily> {
+    let mut families: Vec<_> = wanted.iter().map(|marker| marker.family).collect();
+    families.sort_unstable();
+    families.dedup();
+    if families.is_empty() { vec![MarkerFamily::default()] } else { families }
 }
 
 /// A frame that is being searched for markers in the background.
@@ -102,7 +115,7 @@ pub(super) fn detect_in_background(
             camera.insert(frame);
             continue;
         };
-        let wanted = wanted_ids(anchors.iter());
+        let wanted = wanted_markers(anchors.iter());
         let mirrored = last.map_or_else(Vec::new, |last| last.mirrored.clone());
         let search = async move {
             let detected = detection.detect(&frame, &wanted, &mirrored);
@@ -123,13 +136,13 @@ pub(super) fn detect_at_once(
     anchors: Query<Ref<MarkerAnchor>>,
 ) {
     let anchors_changed = anchors.iter().any(|anchor| anchor.is_changed());
-    let wanted = wanted_ids(anchors.iter().map(Ref::into_inner));
+    let wanted = wanted_markers(anchors.iter().map(Ref::into_inner));
     let is_due = |frame: &CameraFrame, last: Option<&DetectedMarkers>| {
         let Some(last) = last.filter(|last| last.sequence == frame.sequence) else {
             return true;
         };
         // An anchor that was added after the frame may need the search at full resolution.
-        anchors_changed && wanted.iter().any(|id| last.markers.iter().all(|marker| marker.id != *id))
+        anchors_changed && wanted.iter().any(|wanted| last.markers.iter().all(|marker| marker.marker() != *wanted))
     };
     for (camera, frame, last) in &cameras {
         if !is_due(frame, last) {

@@ -1,6 +1,6 @@
 //! Poses of a marker in the frames of several cameras.
 
-use super::{MarkerAnchor, MarkerTracking};
+use super::{MarkerAnchor, MarkerFamily, MarkerTracking};
 use bevy::{ecs::query::QueryData, math::Affine3A, prelude::*};
 
 /// State and pose of a marker in the frames of each [`ArCamera`](crate::camera::ArCamera); on the entity of its
@@ -54,9 +54,9 @@ pub(crate) struct SeenMarker {
 }
 
 impl SeenMarkerItem<'_, '_> {
-    /// Side of the black square, in meters.
-    pub(crate) fn size(&self) -> f32 {
-        self.anchor.size
+    /// Side in meters of the tag36h11 marker whose white margin lies on the ring of white cells of this marker.
+    pub(crate) fn paper_size(&self) -> f32 {
+        self.anchor.size * self.anchor.family.white_ring() / MarkerFamily::Tag36h11.white_ring()
     }
 
     /// Pose in a frame of a camera: marker → camera. `None` if the marker was not detected in that frame.

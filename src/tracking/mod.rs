@@ -14,6 +14,10 @@
 //! the bottom edge of the marker, upright *as the AprilTag project prints it* (OpenCV's dictionary prints it rotated
 //! by 180°). A marker that lies on the desk has +Y up like the world. `camera_from_marker` is in Bevy's camera axes.
 //!
+//! # Families
+//! All nine [families](MarkerFamily) of the AprilTag library, tag36h11 unless an anchor says otherwise. Those of the
+//! anchors are searched for, no others. Which marker is which is always a matter of family and number.
+//!
 //! # What moves
 //! With [`WorldOrigin`] on one anchor, that anchor stays where the game put it and the camera moves. Without it the
 //! camera stays and the anchors move. Distances are meters in the world, whatever the scale of the parents of cameras
@@ -41,9 +45,12 @@
 
 #[cfg(feature = "apriltag")]
 mod apriltag;
+#[cfg(feature = "apriltag")]
+mod apriltag_family;
 mod detect_markers;
 mod detection;
 mod detector;
+mod family;
 mod marker_views;
 mod placement;
 mod pose;
@@ -54,9 +61,12 @@ mod track;
 
 #[cfg(feature = "apriltag")]
 pub use apriltag::AprilTagDetector;
+#[cfg(feature = "apriltag")]
+pub use apriltag_family::marker_cells;
 pub use detect_markers::detect_markers;
 pub use detection::MarkerDetection;
 pub use detector::{DetectedMarker, LumaView, MarkerDetector};
+pub use family::{MarkerFamily, MarkerId};
 pub use marker_views::MarkerViews;
 
 pub(crate) use marker_views::SeenMarker;
@@ -64,7 +74,11 @@ pub(crate) use marker_views::SeenMarker;
 /// Old name of [`detect_markers`](fn@detect_markers).
 #[deprecated(since = "0.1.0", note = "use `detect_markers`")]
 #[doc(hidden)]
-pub fn find_markers(detector: &mut dyn MarkerDetector, frame: &FramePixels, wanted: &[u32]) -> Vec<DetectedMarker> {
+pub fn find_markers(
+    detector: &mut dyn MarkerDetector,
+    frame: &FramePixels,
+    wanted: &[MarkerId],
+) -> Vec<DetectedMarker> {
     detect_markers(detector, frame, wanted)
 }
 
@@ -95,42 +109,63 @@ pub enum TrackingError {
     #[error("the AprilTag library is out of memory")]
     OutOfMemory,
     /// The marker family has no such number.
-    #[error("tag36h11 has no marker number {0}; numbers go from 0 to 586")]
-    NoSuchMarker(u32),
+    #[error("{} has no marker number {}; numbers go from 0 to {}", .0.family, .0.id, .0.family.marker_count() - 1)]
+    NoSuchMarker(MarkerId),
+    /// No marker family has such a name.
+    #[error("there is no marker family {0:?}; families are {all}", all = MarkerFamily::ALL.map(MarkerFamily::name).join(", "))]
+    NoSuchFamily(String),
     /// The size of a marker is not a length above 0, or the marker does not fit the page.
     #[error("a marker cannot be {0} meters wide; give the side of its black square, above 0")]
     BadSize(f32),
 }
 
-/// A printed square marker of the family tag36h11; the entity's frame is the marker's frame.
+/// A printed AprilTag marker; the entity's frame is the marker's frame.
 ///
 /// ```
 /// # use bevy::prelude::*;
-/// # use bevy_mirrorball::prelude::*;
+/// # use bevy_mirrorball::{prelude::*, tracking::MarkerFamily};
 /// # fn setup(mut commands: Commands) {
 /// // Marker 0, black square 10 cm wide, is the origin of the world; the camera moves around it.
 /// commands.spawn((MarkerAnchor::new(0, 0.10), WorldOrigin));
 /// // Marker 7 is glued to a box that is pushed about.
 /// commands.spawn(MarkerAnchor::new(7, 0.04));
+/// // Another family.
+/// commands.spawn(MarkerAnchor::new(7, 0.04).with_family(MarkerFamily::Tag25h9));
 /// # }
 /// ```
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
 #[require(Transform, Visibility, MarkerTracking, MarkerViews, same_number::FollowedSheets)]
 pub struct MarkerAnchor {
+    /// Family of the marker. Only families of anchors are searched for. Defaults to tag36h11.
+    pub family: MarkerFamily,
     /// Number of the marker in its family (tag36h11: 0…586).
     pub id: u32,
-    /// Side of the printed black square in meters. Finite and above 0.
+    /// Side of the printed square in meters, finite and above 0. The square is the black one between white margin and
+    /// data; in families [with the border inside](MarkerFamily::has_border_inside) the white one within the black
+    /// ring.
     pub size: f32,
 }
 
 impl MarkerAnchor {
     /// Number of markers in the family tag36h11.
-    pub const FAMILY_SIZE: u32 = 587;
+    #[deprecated(since = "0.1.0", note = "use `MarkerFamily::marker_count`")]
+    #[doc(hidden)]
+    pub const FAMILY_SIZE: u32 = MarkerFamily::Tag36h11.marker_count();
 
     /// A marker of the family tag36h11 whose black square is `size` meters wide.
     pub fn new(id: u32, size: f32) -> Self {
-        Self { id, size }
+        Self { family: MarkerFamily::Tag36h11, id, size }
+    }
+
+    /// The same number and size of another family.
+    pub fn with_family(self, family: MarkerFamily) -> Self {
+        Self { family, ..self }
+    }
+
+    /// What is printed on the marker.
+    pub fn marker(&self) -> MarkerId {
+        MarkerId::new(self.family, self.id)
     }
 
     /// Returns an error if no such marker can exist.
@@ -138,9 +173,7 @@ impl MarkerAnchor {
     /// # Errors
     /// [`TrackingError::NoSuchMarker`] or [`TrackingError::BadSize`].
     pub fn check(&self) -> Result<(), TrackingError> {
-        if self.id >= Self::FAMILY_SIZE {
-            return Err(TrackingError::NoSuchMarker(self.id));
-        }
+        self.marker().check()?;
         if !(self.size.is_finite() && self.size > 0.0) {
             return Err(TrackingError::BadSize(self.size));
         }
@@ -183,8 +216,8 @@ pub struct MarkerTracking {
     pub reprojection_error: f32,
     /// Sequence number of the frame in which the marker was last detected.
     pub last_seen: Option<u64>,
-    /// Number of markers in the newest frame that bear the anchor's number. If there are several, the pose is that of
-    /// the one that was followed before, and of the largest at first.
+    /// Number of markers in the newest frame that bear the anchor's family and number. If there are several, the pose
+    /// is that of the one that was followed before, and of the largest at first.
     pub copies: u32,
     /// Camera whose frames show the marker so. `None` before the first frame, and for a game that tracks by itself:
     /// then it counts for every camera.
@@ -201,10 +234,10 @@ pub struct DetectedMarkers {
     pub markers: Vec<DetectedMarker>,
     /// CPU time of the detection.
     pub cpu_time: Duration,
-    /// Numbers of anchors that are not in the frame, but in its mirror image: the frames are mirrored, as previews of
+    /// Markers of anchors that are not in the frame, but in its mirror image: the frames are mirrored, as previews of
     /// front cameras are, and have to be turned around before they become frames. Looked for in every thirtieth frame
     /// without a wanted marker.
-    pub mirrored: Vec<u32>,
+    pub mirrored: Vec<MarkerId>,
 }
 
 /// Detects markers and moves the camera or the anchors.

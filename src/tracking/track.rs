@@ -83,7 +83,7 @@ impl MarkerTracking {
         sheet: &mut SameNumber,
         intrinsics: &Intrinsics,
     ) {
-        let seen: Vec<_> = detected.markers.iter().filter(|marker| marker.id == anchor.id).collect();
+        let seen: Vec<_> = detected.markers.iter().filter(|marker| marker.marker() == anchor.marker()).collect();
         self.copies = seen.len() as u32;
         let candidates = sheet
             .choose(&seen)

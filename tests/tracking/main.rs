@@ -4,6 +4,7 @@ mod authoring;
 mod background;
 #[cfg(feature = "apriltag")]
 mod desk_clip;
+mod families;
 mod feeds;
 mod follow;
 #[path = "../support/gpu.rs"]
@@ -15,6 +16,8 @@ mod pose_error;
 mod pose_truth;
 #[cfg(feature = "apriltag")]
 mod print;
+#[cfg(feature = "apriltag")]
+mod real_tags;
 #[cfg(feature = "apriltag")]
 mod rendered_tags;
 mod scripted_desk;
