@@ -83,6 +83,12 @@ impl NormalEquations {
         }
     }
 
+    /// The x that minimizes the sum, solved directly. `None` if the equations do not determine it.
+    pub(crate) fn solve_unbounded(&self) -> Option<Vec<f64>> {
+        let inverse = self.inverse()?;
+        Some(inverse.chunks(self.n).map(|row| row.iter().zip(&self.b).map(|(a, b)| a * b).sum()).collect())
+    }
+
     /// The equations with some of the unknowns only; the others are 0.
     fn only(&self, unknowns: &[usize]) -> Self {
         let h = unknowns.iter().flat_map(|i| unknowns.iter().map(move |j| self.h[i * self.n + j])).collect();

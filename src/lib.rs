@@ -52,7 +52,8 @@
 //!
 //! - *frame*: one image that a camera delivers ([`CameraFrame`](camera::CameraFrame)); *image* means a file or a
 //!   texture.
-//! - *intrinsics*: focal lengths and principal point of a camera in pixels ([`Intrinsics`](camera::Intrinsics)).
+//! - *intrinsics*: focal lengths and principal point of a camera in pixels, and the distortion of its lens
+//!   ([`Intrinsics`](camera::Intrinsics)); *calibration* measures them ([`camera::calibration`]).
 //! - *marker*: printed square of an AprilTag family; its frame of reference is a
 //!   [`MarkerAnchor`](tracking::MarkerAnchor).
 //! - *phantom*: virtual stand-in for a real thing: it hides virtual things and catches their shadows
@@ -131,7 +132,7 @@
 //!   [`WorldOrigin`](tracking::WorldOrigin). Mirrored frames, as in previews of front cameras, have no readable marker:
 //!   [`DetectedMarkers::mirrored`](tracking::DetectedMarkers::mirrored).
 //! - *Objects are misplaced:* without [`ArCamera::intrinsics`](camera::ArCamera::intrinsics) a field of view of 60° is
-//!   assumed.
+//!   assumed; [`calibration`](camera::calibration) measures the lens.
 //! - *Objects are black:* [`ProbeMeasurement::is_in_view`](probe::ProbeMeasurement::is_in_view) says whether the ball
 //!   is where the scene says, at least 12 pixels wide.
 //! - *No shadows:* a [`ShadowDomeLight`](shadows::ShadowDomeLight) has to exist, the desk has to be a

@@ -26,7 +26,7 @@ use bevy::{
 };
 use bevy_mirrorball::{
     authoring,
-    camera::{FramePixels, IntrinsicsProblem},
+    camera::FramePixels,
     environment_map::{CubePixels, EnvironmentCube},
     headless::{self, HeadlessError},
     prelude::*,
@@ -79,10 +79,8 @@ fn composite(options: &Options) -> Outcome<()> {
     steps.note("decode", started.elapsed());
     authoring::read_scene_components(&options.scene)?;
     let intrinsics = options.intrinsics_of(frame.size);
-    if let Some(problem @ (IntrinsicsProblem::Invalid(_) | IntrinsicsProblem::FarCenter { .. })) =
-        intrinsics.problem(frame.size)
-    {
-        return Err(format!("--intrinsics: {problem}").into());
+    if let Some(problem) = intrinsics.problem(frame.size) {
+        return Err(format!("--intrinsics or --calibration: {problem}").into());
     }
 
     let started = Instant::now();

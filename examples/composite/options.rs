@@ -13,6 +13,7 @@ usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --
 
   --frame FILE              photograph with a printed tag36h11 marker and a mirrored ball (PNG or JPEG)
   --intrinsics FX,FY,CX,CY  focal lengths and principal point of the camera, in pixels of the photograph
+  --calibration FILE        or what the example `calibrate` has measured, or YAML of OpenCV or ROS, with the distortion
   --scene FILE              glTF scene whose node extras name MarkerAnchor, LightProbeSphere, PhantomObject ...
   --out FILE                where the picture goes (PNG), same size as the photograph
   --report FILE             write pose, ball, gains and times as JSON
@@ -25,9 +26,14 @@ usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --
   --no-recovery             the same as --evidence none
 ";
 
+enum Lens {
+    Intrinsics([f32; 4]),
+    Calibration(Intrinsics),
+}
+
 pub(crate) struct Options {
     pub frame: PathBuf,
-    pub intrinsics: [f32; 4],
+    lens: Lens,
     pub scene: PathBuf,
     pub out: PathBuf,
     pub report: Option<PathBuf>,
@@ -40,8 +46,10 @@ pub(crate) struct Options {
 
 impl Options {
     pub(crate) fn intrinsics_of(&self, size: UVec2) -> Intrinsics {
-        let [fx, fy, cx, cy] = self.intrinsics;
-        Intrinsics::new(Vec2::new(fx, fy), Vec2::new(cx, cy), size)
+        match self.lens {
+            Lens::Intrinsics([fx, fy, cx, cy]) => Intrinsics::new(Vec2::new(fx, fy), Vec2::new(cx, cy), size),
+            Lens::Calibration(lens) => lens,
+        }
     }
 
     /// Reads the command line. Returns `None` if help was requested.
@@ -50,13 +58,16 @@ impl Options {
     }
 
     fn parse(mut parser: lexopt::Parser) -> Result<Option<Self>, lexopt::Error> {
-        let (mut frame, mut intrinsics, mut scene, mut out) = (None, None, None, None);
+        let (mut frame, mut lens, mut scene, mut out) = (None, None, None, None);
         let (mut report, mut compare, mut dump_environment) = (None, None, None);
         let (mut has_shadows, mut has_uniform_sky, mut evidence) = (true, false, Some(ClipEvidence::Desk));
         while let Some(argument) = parser.next()? {
             match argument {
                 Long("frame") => frame = Some(PathBuf::from(parser.value()?)),
-                Long("intrinsics") => intrinsics = Some(parser.value()?.parse_with(parse_intrinsics)?),
+                Long("intrinsics") => {
+                    lens = Some(Lens::Intrinsics(parser.value()?.parse_with(parse_intrinsics)?));
+                }
+                Long("calibration") => lens = Some(Lens::Calibration(parser.value()?.parse_with(open_calibration)?)),
                 Long("scene") => scene = Some(PathBuf::from(parser.value()?)),
                 Long("out") => out = Some(PathBuf::from(parser.value()?)),
                 Long("report") => report = Some(PathBuf::from(parser.value()?)),
@@ -72,8 +83,9 @@ impl Options {
         }
         Ok(Some(Self {
             frame: frame.ok_or("--frame is missing")?,
-            intrinsics: intrinsics
-                .ok_or("--intrinsics is missing; calibrate the camera or give FX,FY,CX,CY in pixels")?,
+            lens: lens.ok_or(
+                "--intrinsics is missing; calibrate the camera (--calibration FILE) or give FX,FY,CX,CY in pixels",
+            )?,
             scene: scene.ok_or("--scene is missing")?,
             out: out.ok_or("--out is missing")?,
             report,
@@ -84,6 +96,10 @@ impl Options {
             evidence,
         }))
     }
+}
+
+fn open_calibration(path: &str) -> Result<Intrinsics, String> {
+    Intrinsics::open(path).map_err(|error| error.to_string())
 }
 
 fn evidence_named(name: &str) -> Result<Option<ClipEvidence>, &'static str> {

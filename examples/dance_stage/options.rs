@@ -3,7 +3,7 @@
 use crate::{parse_intrinsics::parse_intrinsics, parse_size::parse_size, stage::THINGS};
 use bevy::math::{UVec2, Vec2};
 use bevy_mirrorball::{
-    camera::Clip,
+    camera::{Clip, IntrinsicsProblem},
     prelude::{CameraFeed, Intrinsics},
 };
 use lexopt::prelude::{Long, Short, ValueExt};
@@ -19,6 +19,7 @@ usage: dance_stage [OPTIONS]
          image:FILE        one picture
          device:N          webcam number N (needs the feature `webcam`)
   --intrinsics FX,FY,CX,CY the camera's focal lengths and principal point in pixels of its pictures
+  --calibration FILE       or what the example `calibrate` has measured, or YAML of OpenCV or ROS, with the distortion
   --fov DEG                or its horizontal field of view, if it was never calibrated
                            (default: what the clip's sidecar says, else 60)
   --set FILE               a glTF file whose node extras say where marker, ball and real things are; the stage stands on
@@ -50,6 +51,7 @@ pub(crate) enum Feed {
 
 enum Lens {
     Intrinsics([f32; 4]),
+    Calibration(Intrinsics),
     FieldOfView(f32),
 }
 
@@ -87,6 +89,9 @@ impl Options {
                 Long("intrinsics") => {
                     options.lens = Some(Lens::Intrinsics(parser.value()?.parse_with(parse_intrinsics)?));
                 }
+                Long("calibration") => {
+                    options.lens = Some(Lens::Calibration(parser.value()?.parse_with(open_calibration)?));
+                }
                 Long("fov") => options.lens = Some(Lens::FieldOfView(parser.value()?.parse_with(parse_fov)?)),
                 Long("set") => options.set = Some(parser.value()?.into()),
                 Long("scene") => options.scene = Some(parser.value()?.into()),
@@ -112,10 +117,10 @@ impl Options {
         self.scene.as_ref().or(self.set.as_ref()).cloned().unwrap_or_else(|| asset(set))
     }
 
-    /// Returns the feed and the size of its frames. Checks that the feed exists, but opens nothing that could take
-    /// long.
+    /// Returns the feed and the size of its frames. Checks that the feed exists and that a calibration is for its
+    /// frames, but opens nothing that could take long.
     pub(crate) fn camera_feed(&self) -> Result<(CameraFeed, UVec2), Box<dyn std::error::Error>> {
-        Ok(match &self.feed {
+        let (feed, size) = match &self.feed {
             Feed::Clip(folder) => (CameraFeed::clip(folder), Clip::open(folder)?.size),
             Feed::Image(path) => {
                 let (width, height) = image::image_dimensions(path)
@@ -123,13 +128,20 @@ impl Options {
                 (CameraFeed::file(path), UVec2::new(width, height))
             }
             Feed::Device(index) => (device_feed(*index)?, DEVICE_SIZE),
-        })
+        };
+        if let Some(Lens::Calibration(lens)) = self.lens
+            && let Some(problem @ IntrinsicsProblem::Shape { .. }) = lens.problem(size)
+        {
+            return Err(format!("--calibration: {problem}").into());
+        }
+        Ok((feed, size))
     }
 
     /// The intrinsics given on the command line, if any.
     pub(crate) fn intrinsics(&self, size: UVec2) -> Option<Intrinsics> {
         self.lens.as_ref().map(|lens| match *lens {
             Lens::Intrinsics([fx, fy, cx, cy]) => Intrinsics::new(Vec2::new(fx, fy), Vec2::new(cx, cy), size),
+            Lens::Calibration(lens) => lens,
             Lens::FieldOfView(degrees) => Intrinsics::from_horizontal_fov(size, degrees.to_radians()),
         })
     }
@@ -159,6 +171,10 @@ fn parse_feed(text: &str) -> Result<Feed, String> {
         ("device", number) => number.parse().map(Feed::Device).map_err(|_| expected()),
         _ => Err(expected()),
     }
+}
+
+fn open_calibration(path: &str) -> Result<Intrinsics, String> {
+    Intrinsics::open(path).map_err(|error| error.to_string())
 }
 
 fn parse_fov(text: &str) -> Result<f32, String> {

@@ -1,6 +1,6 @@
 //! Recorded clips: a folder of images and a sidecar file.
 
-use super::{CameraError, Intrinsics, bracketing::is_exposure};
+use super::{CameraError, Intrinsics, bracketing::is_exposure, calibration::IntrinsicsFields};
 use bevy::prelude::*;
 use serde::Deserialize;
 use std::{
@@ -20,11 +20,12 @@ use std::{
 /// }
 /// ```
 /// `image` is the size in pixels that the intrinsics belong to, `fps` the number of frames per second, 0.001 to 1000.
-/// The other fields are optional. Without a `pattern`, the clip consists of all JPEG and PNG files in the folder. A `*`
-/// in the pattern matches any text; numbers in file names are sorted by value. `exposures` lists the exposure of each
-/// frame relative to the normal ones, above 0 and at most 1; a list that is shorter than the clip is repeated. Without
-/// it, every exposure is 1. Frames below 1 are not shown, see [`BracketedFrames`](super::BracketedFrames). Unknown
-/// fields are ignored.
+/// The other fields are optional. `intrinsics` may have the distortion of the lens, `k1`, `k2`, `p1`, `p2` and `k3`, 0
+/// where they are missing; then the frames are undistorted. Without a `pattern`, the clip consists of all JPEG and PNG
+/// files in the folder. A `*` in the pattern matches any text; numbers in file names are sorted by value. `exposures`
+/// lists the exposure of each frame relative to the normal ones, above 0 and at most 1; a list that is shorter than the
+/// clip is repeated. Without it, every exposure is 1. Frames below 1 are not shown, see
+/// [`BracketedFrames`](super::BracketedFrames). Unknown fields are ignored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
     /// Image files in the order in which they are played.
@@ -48,17 +49,9 @@ const IMAGE_EXTENSIONS: [&str; 3] = ["jpg", "jpeg", "png"];
 struct Sidecar {
     image: [u32; 2],
     fps: f32,
-    intrinsics: Option<SidecarIntrinsics>,
+    intrinsics: Option<IntrinsicsFields>,
     pattern: Option<String>,
     exposures: Option<Vec<f32>>,
-}
-
-#[derive(Deserialize)]
-struct SidecarIntrinsics {
-    fx: f32,
-    fy: f32,
-    cx: f32,
-    cy: f32,
 }
 
 impl Clip {
@@ -90,8 +83,7 @@ impl Clip {
                 "a number of frames per second above 0, from 0.001 to 1000",
             ));
         }
-        let intrinsics =
-            sidecar.intrinsics.map(|k| Intrinsics::new(Vec2::new(k.fx, k.fy), Vec2::new(k.cx, k.cy), size));
+        let intrinsics = sidecar.intrinsics.map(|fields| fields.for_size(size));
         if let Some(k) = intrinsics.filter(|k| !k.is_valid()) {
             let found = format!("fx {}, fy {}, cx {}, cy {}", k.focal.x, k.focal.y, k.center.x, k.center.y);
             return Err(wrong("intrinsics", found, "in pixels, with focal lengths above 0"));

@@ -28,7 +28,7 @@ pub enum CameraError {
     /// The sidecar of a clip is malformed.
     #[error(
         "{path}: {source}. It needs \"image\": [width, height] and \"fps\"; \
-         \"intrinsics\": {{\"fx\", \"fy\", \"cx\", \"cy\"}} in pixels, \
+         \"intrinsics\": {{\"fx\", \"fy\", \"cx\", \"cy\"}} in pixels with the distortion \"k1\" to \"k3\", \
          \"pattern\": \"frame_*.jpg\" and \"exposures\": [1, 1, 0.125] are optional"
     )]
     ClipSidecar {

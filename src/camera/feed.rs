@@ -88,8 +88,8 @@ impl CameraFeed {
     /// read back from the GPU once per frame, which takes a frame or two; it needs the usage `COPY_SRC`. The format has
     /// to be 8-bit `Rgba8` or `Bgra8`, in a single layer; of mip levels the first is taken. Bytes are taken as
     /// sRGB-encoded whether the format says so or not, as is usual for video. Tracking has the same requirements as for
-    /// any frame: a sharp marker at least 40 pixels wide, rows from top to bottom, no lens distortion, and
-    /// [`ArCamera::intrinsics`](super::ArCamera::intrinsics).
+    /// any frame: a sharp marker at least 40 pixels wide, rows from top to bottom, and
+    /// [`ArCamera::intrinsics`](super::ArCamera::intrinsics) with the distortion of the lens, if there is one.
     pub fn image(image: Handle<Image>) -> Self {
         Self::new(FeedSource::Image(image))
     }
@@ -111,6 +111,11 @@ impl CameraFeed {
     /// Pace of the feed.
     pub fn pace(&self) -> FeedPace {
         self.pace
+    }
+
+    /// Returns whether the feed delivers a frame only when it is opened, or when the game changes its image.
+    pub(super) fn is_still(&self) -> bool {
+        matches!(self.source, FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Image(_))
     }
 
     fn new(source: FeedSource) -> Self {

@@ -48,6 +48,9 @@ impl FramePixels {
 ///
 /// With a [`TrackingPlugin`](crate::tracking::TrackingPlugin) a frame appears here together with the markers detected
 /// in it, so background and poses always belong together.
+///
+/// Frames of feeds are undistorted when they get here, see [`camera`](super#distortion); those that a game inserts
+/// itself count as undistorted.
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(opaque, Component, Debug, Clone)]
 pub struct CameraFrame {
@@ -58,7 +61,8 @@ pub struct CameraFrame {
     /// Time of capture, on the clock of [`Time<Real>`]. In [lockstep](super::FeedPace::Lockstep), the time within the
     /// recording.
     pub captured: Duration,
-    /// Intrinsics that the source delivers with the frame, for example from the sidecar of a clip.
+    /// Intrinsics that the source delivers with the frame, for example from the sidecar of a clip. Their distortion is
+    /// that of the lens; the pixels have none any more.
     pub intrinsics: Option<Intrinsics>,
 }
 

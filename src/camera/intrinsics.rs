@@ -1,11 +1,18 @@
-//! The pinhole model of a calibrated camera.
+//! The model of a calibrated camera: a pinhole and the distortion of its lens.
 
+use super::Distortion;
 use bevy::prelude::*;
 
 /// Pinhole intrinsics of a camera, in pixels of the frames that it delivers.
 ///
 /// Image coordinates have their origin at the top-left corner of the frame, +u right and +v down; the pixel in the
-/// corner covers 0…1 and has its center at 0.5.
+/// corner covers 0…1 and has its center at 0.5. (OpenCV and ROS count from the center of that pixel, so their principal
+/// points are smaller by 0.5; [`Intrinsics::open`] adds it.)
+///
+/// Frames are undistorted when they arrive, see [`camera`](super#distortion). So [`project`](Self::project) and
+/// [`ray`](Self::ray) are those of the pinhole, and their pixels those of the undistorted frame, which has the same
+/// focal lengths and principal point. [`distort_pixel`](Self::distort_pixel) and
+/// [`undistort_pixel`](Self::undistort_pixel) map between it and what the lens shows.
 ///
 /// ```
 /// # use bevy::math::{UVec2, Vec2};
@@ -25,31 +32,6 @@ pub struct Intrinsics {
     pub size: UVec2,
     /// Distortion of the lens. Defaults to none.
     pub distortion: Distortion,
-}
-
-/// Distortion of a lens: the model of Brown and Conrady with its coefficients in the order of OpenCV.
-///
-/// It maps a point of the pinhole camera at `x, y` (in front of the camera, at a depth of 1; x right, y down) to
-/// `x′ = x · r + 2 · p1 · x · y + p2 · (ρ² + 2 · x²)` and `y′ = y · r + p1 · (ρ² + 2 · y²) + 2 · p2 · x · y`, with
-/// `ρ² = x² + y²` and `r = 1 + k1 · ρ² + k2 · ρ⁴ + k3 · ρ⁶`. All coefficients have no unit.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
-#[reflect(Default, Debug, Clone, PartialEq)]
-pub struct Distortion {
-    /// Radial, of the second power of the radius. Below 0 for barrels, as most lenses have.
-    pub k1: f32,
-    /// Radial, of the fourth power.
-    pub k2: f32,
-    /// Tangential: the lens is tilted vertically.
-    pub p1: f32,
-    /// Tangential: the lens is tilted horizontally.
-    pub p2: f32,
-    /// Radial, of the sixth power.
-    pub k3: f32,
-}
-
-impl Distortion {
-    /// A lens without distortion.
-    pub const NONE: Self = Self { k1: 0.0, k2: 0.0, p1: 0.0, p2: 0.0, k3: 0.0 };
 }
 
 impl Intrinsics {
@@ -76,18 +58,32 @@ impl Intrinsics {
     pub fn is_valid(&self) -> bool {
         self.focal.is_finite()
             && self.center.is_finite()
+            && self.distortion.coefficients().iter().all(|coefficient| coefficient.is_finite())
             && self.focal.min_element() > 0.0
             && self.size.min_element() > 0
     }
 
-    /// Pixel position of a point in camera space (meters, Bevy axes: the camera looks along −Z).
+    /// Pixel at which the lens shows what is at a pixel of the undistorted frame.
+    pub fn distort_pixel(&self, undistorted: Vec2) -> Vec2 {
+        self.center + self.focal * self.distortion.distort((undistorted - self.center) / self.focal)
+    }
+
+    /// Pixel of the undistorted frame with what the lens shows at a pixel; it may be outside of the frame. `None` if
+    /// the lens cannot show anything there, see [`Distortion::undistort`].
+    pub fn undistort_pixel(&self, distorted: Vec2) -> Option<Vec2> {
+        let point = self.distortion.undistort((distorted - self.center) / self.focal)?;
+        Some(self.center + self.focal * point)
+    }
+
+    /// Pixel of the undistorted frame at which a point in camera space is (meters, Bevy axes: the camera looks along
+    /// −Z).
     ///
     /// Returns `None` for points beside or behind the camera (z ≥ 0).
     pub fn project(&self, pos_camera: Vec3) -> Option<Vec2> {
         (pos_camera.z < 0.0).then(|| self.center + self.focal * Vec2::new(pos_camera.x, -pos_camera.y) / -pos_camera.z)
     }
 
-    /// Unit direction in camera space (Bevy axes) of the ray through a pixel position.
+    /// Unit direction in camera space (Bevy axes) of the ray through a pixel of the undistorted frame.
     pub fn ray(&self, pixel: Vec2) -> Vec3 {
         let p = (pixel - self.center) / self.focal;
         Vec3::new(p.x, -p.y, -1.0).normalize()
@@ -104,6 +100,22 @@ mod tests {
         for pixel in [Vec2::ZERO, Vec2::new(640.0, 480.0), Vec2::new(100.5, 400.25)] {
             let back = k.project(k.ray(pixel) * 3.0).expect("in front of the camera");
             assert!(back.distance(pixel) < 1e-3, "{pixel} came back as {back}");
+        }
+    }
+
+    #[test]
+    fn distorted_pixels_return_and_lie_inwards_for_a_barrel() {
+        let distortion = Distortion { k1: -0.25, p2: 0.001, ..Distortion::NONE };
+        let k = Intrinsics {
+            distortion,
+            ..Intrinsics::new(Vec2::new(600.0, 610.0), Vec2::new(321.0, 239.0), UVec2::new(640, 480))
+        };
+        assert_eq!(k.distort_pixel(k.center), k.center);
+        for pixel in [Vec2::ZERO, Vec2::new(640.0, 480.0), Vec2::new(100.5, 400.25)] {
+            let seen = k.distort_pixel(pixel);
+            assert!(seen.distance(k.center) < pixel.distance(k.center) - 2.0, "{pixel} is seen at {seen}");
+            let back = k.undistort_pixel(seen).expect("in view");
+            assert!(back.distance(pixel) < 1e-2, "{pixel} came back as {back}");
         }
     }
 

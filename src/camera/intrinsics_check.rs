@@ -32,10 +32,11 @@ pub enum IntrinsicsProblem {
         /// Size that the intrinsics say to be for, in pixels.
         size: UVec2,
     },
-    /// The frames have another ratio of width to height.
+    /// The frames have another ratio of width to height: they are a crop that nobody knows. Such intrinsics are not
+    /// used.
     #[error(
-        "the intrinsics are for {} × {} pixels and the frames have {} × {}, which is another shape; measure them again at the \
-         size of the frames, or let the camera deliver frames of that shape",
+        "the intrinsics are for {} × {} pixels and the frames have {} × {}, which is another shape; calibrate the camera at the \
+         size of the frames, or let it deliver frames of that shape. A field of view of 60° is assumed",
         .size.x, .size.y, .frame.x, .frame.y
     )]
     Shape {
@@ -47,9 +48,9 @@ pub enum IntrinsicsProblem {
 }
 
 impl Intrinsics {
-    /// Returns why these intrinsics cannot be right for frames of a size in pixels: invalid numbers, a principal point
-    /// more than 15 % of the size away from the middle, or another shape than the frames. Frames of another size and
-    /// the same shape are in order.
+    /// Returns why these intrinsics cannot be right for frames of a size in pixels: invalid numbers, another shape
+    /// than the frames, or a principal point more than 15 % of the size away from the middle. Frames of another size
+    /// and the same shape are in order.
     ///
     /// ```
     /// # use bevy::math::{UVec2, Vec2};
@@ -65,11 +66,21 @@ impl Intrinsics {
             return Some(IntrinsicsProblem::Invalid(*self));
         }
         let size = self.size.as_vec2();
+        let shapes = size.x * frame.y as f32 / (size.y * frame.x as f32);
+        if (shapes - 1.0).abs() > MAX_SHAPE_DIFFERENCE {
+            return Some(IntrinsicsProblem::Shape { size: self.size, frame });
+        }
         if (self.center / size - 0.5).abs().max_element() > MAX_OFFSET {
             return Some(IntrinsicsProblem::FarCenter { center: self.center, size: self.size });
         }
-        let shapes = size.x * frame.y as f32 / (size.y * frame.x as f32);
-        ((shapes - 1.0).abs() > MAX_SHAPE_DIFFERENCE).then_some(IntrinsicsProblem::Shape { size: self.size, frame })
+        None
+    }
+}
+
+impl IntrinsicsProblem {
+    /// Returns whether the intrinsics are used nevertheless.
+    pub(super) fn is_bearable(&self) -> bool {
+        matches!(self, Self::FarCenter { .. })
     }
 }
 

@@ -32,6 +32,15 @@
 //! newest one of each exposure on the camera entity for [`lighting`](crate::lighting). Everything but the exposure has
 //! to stay the same: gain, white balance, aperture and zoom.
 //!
+//! # Distortion
+//! Frames are undistorted as a whole before anything reads them, bracketed ones too, so markers, ball, lamps and
+//! background all see the pinhole camera that draws the virtual objects. The lens is the one of
+//! [`ArCamera::intrinsics`], else that of the clip's sidecar, at the time when the frame becomes a [`CameraFrame`]:
+//! in the background together with marker detection for live frames, else in [`MirrorballSystems::Poll`]. The
+//! undistorted frame has the same size, focal lengths and principal point; what a barrel shows beyond its border is
+//! lost. Frames that a game inserts itself as [`CameraFrame`] count as undistorted ([`UndistortionMap`] does it).
+//! [`calibration`] measures a lens, and [`Intrinsics::open`] reads what it or other programs have measured.
+//!
 //! # Units
 //! Frames are 8-bit sRGB. The GPU decodes them to *linear camera units*: 1.0 is the white of the sensor. An
 //! [`ArCamera`] draws them without tone mapping, dithering or ambient light, so with no virtual object in view and one
@@ -70,8 +79,10 @@ mod background_motion_pass;
 mod background_pass;
 mod background_pipeline;
 mod bracketing;
+pub mod calibration;
 mod clip;
 mod clip_source;
+mod distortion;
 mod error;
 mod feed;
 mod feed_state;
@@ -89,19 +100,22 @@ mod projection;
 mod rank;
 mod source;
 mod texture_limit;
+mod undistort;
 mod upload;
 #[cfg(feature = "webcam")]
 mod webcam;
 
 pub use bracketing::{BracketedFrame, BracketedFrames};
 pub use clip::Clip;
+pub use distortion::Distortion;
 pub use error::CameraError;
 pub use feed::{CameraFeed, FeedPace};
 pub use feed_state::{FeedState, FeedStatistics};
 pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
-pub use intrinsics::{Distortion, Intrinsics};
+pub use intrinsics::Intrinsics;
 pub use intrinsics_check::IntrinsicsProblem;
 pub use projection::{FrameFit, FrameMapping, IntrinsicsProjection};
+pub use undistort::UndistortionMap;
 pub use upload::FrameTexture;
 #[cfg(feature = "webcam")]
 pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
@@ -110,6 +124,7 @@ pub(crate) use background_motion_pass::motion_of_frame;
 pub(crate) use poll::{ArrivingFrame, FramesAwaitTracking};
 pub(crate) use posed_frame::{PosedFrame, world_from_camera};
 pub(crate) use rank::camera_rank;
+pub(crate) use undistort::UndistortionMaps;
 
 /// Old name of [`BracketedFrame`].
 #[deprecated(since = "0.1.0", note = "use `BracketedFrame`")]
@@ -156,10 +171,11 @@ use bevy::{
     NoBackgroundMotionVectors,
 )]
 pub struct ArCamera {
-    /// Intrinsics of the real camera; scaled to the size of the frames that arrive, which has to be of the same shape.
-    /// A warning says if they cannot belong to the frames, see [`Intrinsics::problem`]. Defaults to `None`, which uses
-    /// the intrinsics that come with the frames (from the sidecar of a clip) or else assumes a horizontal field of view
-    /// of 60°. That is good enough to see something and too coarse for good registration.
+    /// Intrinsics of the real camera, scaled to the size of the frames that arrive; those for another shape are not
+    /// used. Frames of lenses with a distortion are undistorted. A warning says if the intrinsics cannot belong to the
+    /// frames, see [`Intrinsics::problem`]. Defaults to `None`, which uses the intrinsics that come with the frames
+    /// (from the sidecar of a clip) or else assumes a horizontal field of view of 60°. That is good enough to see
+    /// something and too coarse for good registration.
     pub intrinsics: Option<Intrinsics>,
     /// Fit of a frame into a view of another shape. Defaults to [`FrameFit::Cover`].
     pub fit: FrameFit,
@@ -175,13 +191,19 @@ impl ArCamera {
     }
 
     /// Intrinsics for a frame, scaled to its size: those of the camera, else those that came with the frame, else 60°
-    /// of horizontal field of view.
+    /// of horizontal field of view. Without distortion: a frame is undistorted when it becomes a [`CameraFrame`].
     pub fn intrinsics_for(&self, frame: &CameraFrame) -> Intrinsics {
         let size = frame.pixels.size;
-        self.intrinsics.or(frame.intrinsics).filter(Intrinsics::is_valid).map_or_else(
+        self.known_intrinsics(frame.intrinsics, size).map_or_else(
             || Intrinsics::from_horizontal_fov(size, ASSUMED_HORIZONTAL_FOV),
-            |known| known.scaled_to(size),
+            |known| Intrinsics { distortion: Distortion::NONE, ..known },
         )
+    }
+
+    /// Intrinsics of the lens for frames of a size, with their distortion. `None` if they are unknown or cannot be.
+    fn known_intrinsics(&self, of_frame: Option<Intrinsics>, size: UVec2) -> Option<Intrinsics> {
+        let known = self.intrinsics.or(of_frame)?;
+        known.problem(size).is_none_or(|problem| problem.is_bearable()).then(|| known.scaled_to(size))
     }
 }
 
@@ -198,11 +220,13 @@ impl Plugin for CameraPlugin {
             .register_type::<FeedStatistics>()
             .register_type::<CameraFrame>()
             .init_resource::<texture_limit::ReportedSizes>()
+            .init_resource::<UndistortionMaps>()
             .add_observer(poll::close_feed)
             .add_systems(
                 PreUpdate,
                 (
                     (
+                        undistort::reopen_stills,
                         poll::open_feeds,
                         image_feed::watch_images.run_if(has_images),
                         poll::poll_feeds,

@@ -2,14 +2,16 @@
 //!
 //! A frame takes one of two ways. Without tracking, or in lockstep, it becomes the [`CameraFrame`] at once. Where
 //! [`FramesAwaitTracking`] exists, a live frame becomes an [`ArrivingFrame`], which tracking replaces by a
-//! [`CameraFrame`] when the markers in it are detected.
+//! [`CameraFrame`] when the markers in it are detected. Frames of the first way are undistorted here, those of the
+//! second by tracking.
 
 use super::{
-    BracketedFrame, BracketedFrames, CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics,
+    ArCamera, BracketedFrame, BracketedFrames, CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics,
     image_feed::{ImageReader, ImageSlot},
     open_feed::{OpenFeed, open},
     source::SourceFrame,
     texture_limit::ReportedSizes,
+    undistort::UndistortionMaps,
 };
 use bevy::{ecs::observer::On, prelude::*, render::renderer::RenderDevice};
 
@@ -18,7 +20,7 @@ use bevy::{ecs::observer::On, prelude::*, render::renderer::RenderDevice};
 #[derive(Resource, Default)]
 pub(crate) struct FramesAwaitTracking;
 
-/// A live frame that waits for marker detection. Removed by [`tracking`](crate::tracking).
+/// A live frame that waits for marker detection, as the lens shows it. Removed by [`tracking`](crate::tracking).
 #[derive(Component)]
 pub(crate) struct ArrivingFrame(pub(crate) CameraFrame);
 
@@ -81,6 +83,7 @@ type PolledFeed = (
     &'static mut OpenFeed,
     &'static mut FeedState,
     &'static mut FeedStatistics,
+    Option<&'static ArCamera>,
     Has<ArrivingFrame>,
 );
 
@@ -91,8 +94,9 @@ pub(super) fn poll_feeds(
     awaits_tracking: Option<Res<FramesAwaitTracking>>,
     device: Option<Res<RenderDevice>>,
     mut reported: ResMut<ReportedSizes>,
+    maps: Res<UndistortionMaps>,
 ) {
-    for (camera, feed, mut open, mut state, mut statistics, is_one_arriving) in &mut feeds {
+    for (camera, feed, mut open, mut state, mut statistics, ar_camera, is_one_arriving) in &mut feeds {
         let mut arrival = open.0.poll(time.elapsed());
         if feed.exposure < 1.0 {
             arrival.bracketed.extend(arrival.frame.take());
@@ -109,13 +113,22 @@ pub(super) fn poll_feeds(
         for frame in arrival.frame.iter_mut().chain(&mut arrival.bracketed) {
             reported.limit(camera, &mut frame.pixels, device.as_deref());
         }
-        for frame in arrival.bracketed {
+        let undistort = |frame: &mut SourceFrame| {
+            let lens = ar_camera.and_then(|camera| camera.distorting_lens(frame.intrinsics, frame.pixels.size));
+            maps.undistort(&mut frame.pixels, lens.as_ref());
+        };
+        for mut frame in arrival.bracketed {
+            undistort(&mut frame);
             statistics.bracketed += 1;
             keep_bracketed(&mut commands, camera, feed, frame);
         }
-        let Some(source_frame) = arrival.frame else {
+        let Some(mut source_frame) = arrival.frame else {
             continue;
         };
+        let awaits_tracking = awaits_tracking.is_some() && feed.pace == FeedPace::Live;
+        if !awaits_tracking {
+            undistort(&mut source_frame);
+        }
         statistics.note_frame(arrival.dropped, source_frame.captured, source_frame.decode_time);
         let frame = CameraFrame {
             pixels: source_frame.pixels,
@@ -123,7 +136,7 @@ pub(super) fn poll_feeds(
             captured: source_frame.captured,
             intrinsics: source_frame.intrinsics,
         };
-        if awaits_tracking.is_some() && feed.pace == FeedPace::Live {
+        if awaits_tracking {
             // The newest frame replaces the one that still waits, which will never be seen.
             statistics.dropped += u64::from(is_one_arriving);
             commands.entity(camera).insert(ArrivingFrame(frame));

@@ -47,7 +47,8 @@ fn linear_to_srgb(value: f32) -> u8 {
 /// The darkest two codes are 20 entries of this table apart.
 const TABLE_END: usize = 65535;
 
-static LINEAR_TO_SRGB: LazyLock<Vec<u8>> = LazyLock::new(|| {
+/// sRGB byte nearest to each linear value; the last one is white.
+pub(super) static LINEAR_TO_SRGB: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let mut code = 0;
     let entry = |i: usize| {
         let value = i as f32 / TABLE_END as f32;

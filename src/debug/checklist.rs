@@ -1,7 +1,7 @@
 //! Checklist of the measurement setup for new users, in order of importance.
 
 use crate::{
-    camera::{ArCamera, CameraFrame, FeedState, FeedStatistics, camera_rank},
+    camera::{ArCamera, CameraFrame, Distortion, FeedState, FeedStatistics, camera_rank},
     probe::ProbeMeasurement,
     shadows::ShadowDomeLight,
     tracking::{DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking},
@@ -116,14 +116,18 @@ fn check_feed(state: Option<&FeedState>, statistics: Option<&FeedStatistics>, fr
 
 fn check_lens(camera: &ArCamera, frame: &CameraFrame) -> Check {
     let known = camera.intrinsics.or(frame.intrinsics);
-    if let Some(problem) = known.and_then(|known| known.problem(frame.pixels.size)) {
-        Check::new(CheckLevel::Warning, "lens", problem.to_string())
-    } else if known.is_some() {
-        Check::new(CheckLevel::Good, "lens", "intrinsics are known")
-    } else {
-        let text = "a field of view of 60° is assumed; calibrate the camera";
-        Check::new(CheckLevel::Warning, "lens", text)
+    let Some(lens) = known else {
+        let text = "never calibrated, a field of view of 60° is assumed; measure it with the example `calibrate`";
+        return Check::new(CheckLevel::Warning, "lens", text);
+    };
+    if let Some(problem) = lens.problem(frame.pixels.size) {
+        return Check::new(CheckLevel::Warning, "lens", problem.to_string());
     }
+    let text = match lens.distortion {
+        Distortion::NONE => "intrinsics are known, without distortion",
+        _ => "calibrated, frames are undistorted",
+    };
+    Check::new(CheckLevel::Good, "lens", text)
 }
 
 fn check_marker(anchor: &MarkerAnchor, tracking: &MarkerTracking, detected: Option<&DetectedMarkers>) -> Check {

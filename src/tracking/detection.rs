@@ -4,7 +4,7 @@ use super::{
     DetectedMarkers, MarkerAnchor, MarkerDetector, MarkerFamily, MarkerId, TrackingError,
     detect_markers::{detect_markers, detect_mirrored},
 };
-use crate::camera::{ArCamera, ArrivingFrame, CameraFrame};
+use crate::camera::{ArCamera, ArrivingFrame, CameraFrame, UndistortionMaps};
 use bevy::{
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
@@ -87,15 +87,22 @@ fn families_of(wanted: &[MarkerId]) -> Vec<MarkerFamily> {
 #[derive(Component)]
 pub(super) struct RunningDetection(Task<(CameraFrame, DetectedMarkers)>);
 
-type ArrivedCamera = (Entity, &'static ArrivingFrame, Has<RunningDetection>, Option<&'static DetectedMarkers>);
+type ArrivedCamera = (
+    Entity,
+    &'static ArrivingFrame,
+    Option<&'static ArCamera>,
+    Has<RunningDetection>,
+    Option<&'static DetectedMarkers>,
+);
 
-/// Publishes live frames together with their markers. Searches one frame of a camera at a time.
+/// Publishes live frames, undistorted, together with their markers. Searches one frame of a camera at a time.
 pub(super) fn detect_in_background(
     mut commands: Commands,
     detection: Option<Res<MarkerDetection>>,
     mut running: Query<(Entity, &mut RunningDetection)>,
     arrived: Query<ArrivedCamera>,
     anchors: Query<&MarkerAnchor>,
+    maps: Res<UndistortionMaps>,
 ) {
     let mut finished = Vec::new();
     for (camera, mut running) in &mut running {
@@ -104,20 +111,24 @@ pub(super) fn detect_in_background(
             finished.push(camera);
         }
     }
-    for (camera, arriving, is_running, last) in &arrived {
+    for (camera, arriving, ar_camera, is_running, last) in &arrived {
         if is_running && !finished.contains(&camera) {
             continue;
         }
-        let frame = arriving.0.clone();
+        let mut frame = arriving.0.clone();
+        let lens = ar_camera.and_then(|camera| camera.distorting_lens(frame.intrinsics, frame.pixels.size));
         let mut camera = commands.entity(camera);
         camera.remove::<ArrivingFrame>();
         let Some(detection) = detection.as_deref().cloned() else {
+            maps.undistort(&mut frame.pixels, lens.as_ref());
             camera.insert(frame);
             continue;
         };
         let wanted = wanted_markers(anchors.iter());
         let mirrored = last.map_or_else(Vec::new, |last| last.mirrored.clone());
+        let maps = maps.clone();
         let search = async move {
+            maps.undistort(&mut frame.pixels, lens.as_ref());
             let detected = detection.detect(&frame, &wanted, &mirrored);
             (frame, detected)
         };

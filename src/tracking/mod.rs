@@ -88,7 +88,7 @@ pub use print::marker_sheet_svg;
 
 use crate::{
     MirrorballSystems,
-    camera::{FramePixels, FramesAwaitTracking},
+    camera::{FramePixels, FramesAwaitTracking, UndistortionMaps},
 };
 use bevy::prelude::*;
 use std::time::Duration;
@@ -252,6 +252,7 @@ impl Plugin for TrackingPlugin {
             .register_type::<MarkerViews>()
             .register_type::<DetectedMarkers>()
             .init_resource::<FramesAwaitTracking>()
+            .init_resource::<UndistortionMaps>()
             .add_systems(
                 PreUpdate,
                 (

@@ -71,7 +71,14 @@ fn two_loops_of_the_clip_are_drawn_without_trouble_or_growing_memory() {
 
 #[test]
 fn bad_input_is_answered_with_what_to_do() {
-    let cases: [(&[&str], &[&str]); 11] = [
+    let wide = scratch("wide_calibration.json");
+    let intrinsics =
+        r#"{"image": [1280, 720], "intrinsics": {"fx": 900, "fy": 900, "cx": 640, "cy": 360, "k1": -0.1}}"#;
+    std::fs::write(&wide, intrinsics).expect("written");
+    let wide = wide.to_string_lossy();
+    let cases: [(&[&str], &[&str]); 13] = [
+        (&["--calibration", "nowhere.yml"], &["nowhere.yml"]),
+        (&["--calibration", &wide], &["--calibration", "1280 × 720", "640 × 480"]),
         (&["--feed", "tape:1"], &["clip:DIR", "tape:1"]),
         (&["--feed", "clip:nowhere"], &["nowhere/clip.json", "sidecar"]),
         (&["--feed", "image:nowhere.jpg"], &["nowhere.jpg"]),

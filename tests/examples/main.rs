@@ -1,6 +1,8 @@
 //! Whole programs: the examples as child processes, and a game without a renderer.
 
 mod built_example;
+#[cfg(feature = "apriltag")]
+mod calibrate;
 mod composite;
 #[cfg(feature = "egui")]
 mod dance_stage;

@@ -2,6 +2,7 @@
 
 mod authoring;
 mod background;
+mod calibration;
 #[cfg(feature = "apriltag")]
 mod desk_clip;
 mod families;
