@@ -144,6 +144,7 @@ fn check_marker(anchor: &MarkerAnchor, tracking: &MarkerTracking, detected: Opti
             (CheckLevel::Warning, text)
         }
         MarkerState::Tracked => (CheckLevel::Good, format!("{marker}, off by {:.2} px", tracking.reprojection_error)),
+        MarkerState::Held => (CheckLevel::Good, format!("{marker} is out of view for a moment")),
         MarkerState::Lost => {
             (CheckLevel::Missing, format!("{marker} is lost, its last pose stays; show it whole and sharp"))
         }

@@ -1,7 +1,7 @@
 //! Safe interface to the AprilTag C library (Olson 2011, Wang & Olson 2016; version 3.4.5).
 
 use super::{
-    DetectedMarker, LumaView, MarkerDetector, MarkerFamily, TrackingError,
+    DetectedMarker, LumaView, MarkerDetector, MarkerFamily, MarkerId, MarkerPattern, TrackingError,
     apriltag_family::{LoadedFamily, is_by_chance, max_corrected_bits, without_overlaps},
 };
 use apriltag_sys as sys;
@@ -96,6 +96,11 @@ impl MarkerDetector for AprilTagDetector {
             self.families.push(loaded);
         }
         Ok(())
+    }
+
+    fn pattern(&self, marker: MarkerId) -> Option<MarkerPattern> {
+        let loaded = self.families.iter().find(|loaded| loaded.family == marker.family)?;
+        Some(MarkerPattern { cells: loaded.cells(marker.id)?, square: marker.family.square_cells() })
     }
 
     fn detect(&mut self, luma: LumaView, decimation: f32) -> Vec<DetectedMarker> {

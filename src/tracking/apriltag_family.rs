@@ -51,6 +51,38 @@ impl LoadedFamily {
     pub(super) fn as_ptr(&self) -> *mut sys::apriltag_family_t {
         self.tag.as_ptr()
     }
+
+    /// As [`marker_cells`].
+    pub(super) fn cells(&self, id: u32) -> Option<Vec<Vec<bool>>> {
+        MarkerId::new(self.family, id).check().ok()?;
+        let family = self.family;
+        let (print, square) = (family.print_cells() as i32, family.square_cells() as i32);
+        let mut cells = vec![vec![true; print as usize]; print as usize];
+        // The ring of black cells: the outermost of the square, or the one around it.
+        let (low, high) = match (print - square) / 2 {
+            margin if family.has_border_inside() => (margin - 1, margin + square),
+            margin => (margin, margin + square - 1),
+        };
+        for i in low..=high {
+            for (x, y) in [(i, low), (i, high), (low, i), (high, i)] {
+                cells[y as usize][x as usize] = false;
+            }
+        }
+        // SAFETY: the family lives until the end of this function; it has `ncodes` codes and `nbits` positions of cells,
+        // which lie in the print. The number is in
+        // range.
+        unsafe {
+            let tag = self.tag.as_ref();
+            let code = *tag.codes.add(id as usize);
+            for i in 0..tag.nbits {
+                let (x, y) = (*tag.bit_x.add(i as usize) as i32, *tag.bit_y.add(i as usize) as i32);
+                let margin = (print - square) / 2;
+                let is_white = code >> (tag.nbits - 1 - i) & 1 == 1;
+                cells[(y + margin) as usize][(x + margin) as usize] = is_white;
+            }
+        }
+        Some(cells)
+    }
 }
 
 impl Drop for LoadedFamily {
@@ -147,34 +179,7 @@ pub(super) fn without_overlaps(mut markers: Vec<DetectedMarker>) -> Vec<Detected
 /// ```
 pub fn marker_cells(marker: impl Into<MarkerId>) -> Option<Vec<Vec<bool>>> {
     let marker = marker.into();
-    marker.check().ok()?;
-    let loaded = LoadedFamily::new(marker.family).ok()?;
-    let family = marker.family;
-    let (print, square) = (family.print_cells() as i32, family.square_cells() as i32);
-    let mut cells = vec![vec![true; print as usize]; print as usize];
-    // The ring of black cells: the outermost of the square, or the one around it.
-    let (low, high) = match (print - square) / 2 {
-        margin if family.has_border_inside() => (margin - 1, margin + square),
-        margin => (margin, margin + square - 1),
-    };
-    for i in low..=high {
-        for (x, y) in [(i, low), (i, high), (low, i), (high, i)] {
-            cells[y as usize][x as usize] = false;
-        }
-    }
-    // SAFETY: the family lives until the end of this function; it has `ncodes` codes and `nbits` positions of cells,
-    // which lie in the print. The number is in range.
-    unsafe {
-        let tag = loaded.tag.as_ref();
-        let code = *tag.codes.add(marker.id as usize);
-        for i in 0..tag.nbits {
-            let (x, y) = (*tag.bit_x.add(i as usize) as i32, *tag.bit_y.add(i as usize) as i32);
-            let margin = (print - square) / 2;
-            let is_white = code >> (tag.nbits - 1 - i) & 1 == 1;
-            cells[(y + margin) as usize][(x + margin) as usize] = is_white;
-        }
-    }
-    Some(cells)
+    LoadedFamily::new(marker.family).ok()?.cells(marker.id)
 }
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! Detector of a game, and the systems that run it.
 
 use super::{
-    DetectedMarkers, MarkerAnchor, MarkerDetector, MarkerFamily, MarkerId, TrackingError,
-    detect_markers::{detect_markers, detect_mirrored},
+    DetectedMarkers, MarkerAnchor, MarkerDetector, MarkerFamily, MarkerId, MarkerTracker, TrackingError,
+    detect_markers::detect_mirrored,
 };
 use crate::camera::{ArCamera, ArrivingFrame, CameraFrame, UndistortionMaps};
 use bevy::{
+    ecs::entity::EntityHashMap,
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
 };
@@ -37,16 +38,22 @@ impl MarkerDetection {
         Err(TrackingError::NoDetector)
     }
 
-    /// Runs [`detect_markers`](fn@detect_markers) and measures its time; now and then looks for markers in the mirror
+    /// Runs a tracker on the next frame of its camera and measures the time; now and then looks for markers in the mirror
     /// image if none of the wanted ones is there. Waits while a frame of another camera is searched.
-    fn detect(&self, frame: &CameraFrame, wanted: &[MarkerId], last_mirrored: &[MarkerId]) -> DetectedMarkers {
+    fn detect(
+        &self,
+        frame: &CameraFrame,
+        wanted: &[MarkerId],
+        last_mirrored: &[MarkerId],
+        tracker: &mut MarkerTracker,
+    ) -> DetectedMarkers {
         // A detector that panicked once may work on the next frame.
         let mut detector = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let started = Instant::now();
         if let Err(error) = detector.set_families(&families_of(wanted)) {
             error_once!("MarkerDetection: {error}");
         }
-        let markers = detect_markers(&mut *detector, &frame.pixels, wanted);
+        let markers = tracker.detect(&mut *detector, &frame.pixels, wanted);
         let is_seen = markers.iter().any(|marker| wanted.contains(&marker.marker()));
         let mirrored = match () {
             () if wanted.is_empty() || is_seen => Vec::new(),
@@ -85,7 +92,7 @@ fn families_of(wanted: &[MarkerId]) -> Vec<MarkerFamily> {
 
 /// A frame that is being searched for markers in the background.
 #[derive(Component)]
-pub(super) struct RunningDetection(Task<(CameraFrame, DetectedMarkers)>);
+pub(super) struct RunningDetection(Task<(CameraFrame, DetectedMarkers, MarkerTracker)>);
 
 type ArrivedCamera = (
     Entity,
@@ -93,6 +100,7 @@ type ArrivedCamera = (
     Option<&'static ArCamera>,
     Has<RunningDetection>,
     Option<&'static DetectedMarkers>,
+    Option<&'static MarkerTracker>,
 );
 
 /// Publishes live frames, undistorted, together with their markers. Searches one frame of a camera at a time.
@@ -104,17 +112,20 @@ pub(super) fn detect_in_background(
     anchors: Query<&MarkerAnchor>,
     maps: Res<UndistortionMaps>,
 ) {
-    let mut finished = Vec::new();
+    // Commands take effect after this system, so the newest tracker is not on its camera yet.
+    let mut finished = EntityHashMap::default();
     for (camera, mut running) in &mut running {
         if let Some(found) = check_ready(&mut running.0) {
+            finished.insert(camera, found.2.clone());
             commands.entity(camera).remove::<RunningDetection>().insert(found);
-            finished.push(camera);
         }
     }
-    for (camera, arriving, ar_camera, is_running, last) in &arrived {
-        if is_running && !finished.contains(&camera) {
+    for (camera, arriving, ar_camera, is_running, last, tracker) in &arrived {
+        let finished = finished.remove(&camera);
+        if is_running && finished.is_none() {
             continue;
         }
+        let mut tracker = finished.or_else(|| tracker.cloned()).unwrap_or_default();
         let mut frame = arriving.0.clone();
         let lens = ar_camera.and_then(|camera| camera.distorting_lens(frame.intrinsics, frame.pixels.size));
         let mut camera = commands.entity(camera);
@@ -129,14 +140,14 @@ pub(super) fn detect_in_background(
         let maps = maps.clone();
         let search = async move {
             maps.undistort(&mut frame.pixels, lens.as_ref());
-            let detected = detection.detect(&frame, &wanted, &mirrored);
-            (frame, detected)
+            let detected = detection.detect(&frame, &wanted, &mirrored, &mut tracker);
+            (frame, detected, tracker)
         };
         camera.insert(RunningDetection(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(search)));
     }
 }
 
-type FramedCamera = (Entity, &'static CameraFrame, Option<&'static DetectedMarkers>);
+type FramedCamera = (Entity, &'static CameraFrame, Option<&'static DetectedMarkers>, Option<&'static MarkerTracker>);
 
 /// Searches frames that were published without markers: those of feeds in lockstep, and those that the game inserts
 /// itself.
@@ -155,7 +166,7 @@ pub(super) fn detect_at_once(
         // An anchor that was added after the frame may need the search at full resolution.
         anchors_changed && wanted.iter().any(|wanted| last.markers.iter().all(|marker| marker.marker() != *wanted))
     };
-    for (camera, frame, last) in &cameras {
+    for (camera, frame, last, tracker) in &cameras {
         if !is_due(frame, last) {
             continue;
         }
@@ -166,6 +177,10 @@ pub(super) fn detect_at_once(
             return;
         };
         let mirrored = last.map_or(&[][..], |last| &last.mirrored);
-        commands.entity(camera).insert(detection.detect(frame, &wanted, mirrored));
+        // A frame that was searched before is none that follows.
+        let is_next = last.is_none_or(|last| last.sequence != frame.sequence);
+        let mut tracker = tracker.filter(|_| is_next).cloned().unwrap_or_default();
+        let detected = detection.detect(frame, &wanted, mirrored, &mut tracker);
+        commands.entity(camera).insert((detected, tracker));
     }
 }

@@ -1,6 +1,6 @@
 //! Interface of marker detectors.
 
-use super::{MarkerFamily, MarkerId, TrackingError};
+use super::{MarkerFamily, MarkerId, MarkerPattern, TrackingError};
 use bevy::{math::DVec2, prelude::*};
 
 /// An 8-bit gray image, rows from top to bottom.
@@ -64,4 +64,10 @@ pub trait MarkerDetector: Send + Sync {
     /// Returns all markers in an image, searched at `1 / decimation` of its resolution (corners are refined at full
     /// resolution).
     fn detect(&mut self, image: LumaView, decimation: f32) -> Vec<DetectedMarker>;
+
+    /// Cells of a printed marker, which are aligned with the frame for exact corners and to follow the marker. The
+    /// default is `None`: then markers are detected anew in each frame, and corners are taken as they are detected.
+    fn pattern(&self, _marker: MarkerId) -> Option<MarkerPattern> {
+        None
+    }
 }

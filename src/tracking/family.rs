@@ -2,6 +2,7 @@
 
 use super::TrackingError;
 use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
 /// A family of AprilTag markers: those of the AprilTag 3 library, under its names.
@@ -16,7 +17,7 @@ use std::{fmt, str::FromStr};
 /// assert_eq!("tagStandard41h12".parse(), Ok(MarkerFamily::TagStandard41h12));
 /// assert_eq!(MarkerFamily::Tag25h9.to_string(), "tag25h9");
 /// ```
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub enum MarkerFamily {
     /// 587 markers of 6 × 6 bits.
@@ -145,7 +146,7 @@ impl FromStr for MarkerFamily {
 /// assert_eq!(MarkerId::from(7), MarkerId::new(MarkerFamily::Tag36h11, 7));
 /// assert_eq!(MarkerId::from(7).to_string(), "tag36h11 number 7");
 /// ```
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
 pub struct MarkerId {
     /// The family.

@@ -17,7 +17,7 @@ const SEARCH_INTERVAL: u32 = 15;
 /// much, and then one of as many.
 const FULL_SEARCHES: u32 = 5;
 /// Share of the pattern that has to agree with the frame where a marker is only expected, and where one was detected.
-const MIN_AGREEMENT: f64 = 0.75;
+const MIN_AGREEMENT: f64 = 0.8;
 const MIN_AGREEMENT_DETECTED: f64 = 0.5;
 /// Largest distance by which alignment may move a detected corner, as a fraction of the size of the marker.
 const MAX_CORNER_MOVE: f64 = 0.1;
@@ -95,6 +95,8 @@ impl MarkerTracker {
                 let markers = LumaView::new(frame.size, &luma).map(|luma| detector.detect(luma, decimation));
                 for marker in markers.into_iter().flatten() {
                     if !is_among(&marker, &found) {
+                        // What was followed is covered by another marker.
+                        found.retain(|other| !is_at_place_of(&marker, other));
                         found.push(aligned(detector, frame, marker));
                     }
                 }
@@ -202,10 +204,13 @@ fn aligned(detector: &dyn MarkerDetector, frame: &FramePixels, marker: DetectedM
 
 /// Whether a marker was found already: of the same number, and at the same place.
 fn is_among(marker: &DetectedMarker, found: &[DetectedMarker]) -> bool {
-    let size = marker.corners[0].distance(marker.corners[2]);
-    found.iter().any(|other| {
-        other.marker() == marker.marker() && center(&other.corners).distance(center(&marker.corners)) < 0.5 * size
-    })
+    found.iter().any(|other| other.marker() == marker.marker() && is_at_place_of(marker, other))
+}
+
+/// Whether two markers have their centers within each other.
+fn is_at_place_of(marker: &DetectedMarker, other: &DetectedMarker) -> bool {
+    let size = marker.corners[0].distance(marker.corners[2]).min(other.corners[0].distance(other.corners[2]));
+    center(&other.corners).distance(center(&marker.corners)) < 0.3 * size
 }
 
 fn center(corners: &[DVec2; 4]) -> DVec2 {

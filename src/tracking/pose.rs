@@ -107,15 +107,11 @@ impl<'a> Square<'a> {
         Self { corners, points, focal: intrinsics.focal.as_dvec2(), center: intrinsics.center.as_dvec2(), size }
     }
 
-    /// Pose from the homography of the unit square to the corners (closed form, Heckbert 1989).
+    /// Pose from the homography of the unit square to the corners.
     fn first_guess(&self) -> Option<CvPose> {
-        let [p0, p1, p2, p3] = self.corners.map(|corner| (corner - self.center) / self.focal);
-        let (d1, d2, s) = (p1 - p2, p3 - p2, p0 - p1 + p2 - p3);
-        let determinant = d1.perp_dot(d2);
-        let (g, h) = (s.perp_dot(d2) / determinant, d1.perp_dot(s) / determinant);
-        let along_x = (p1 - p0 + g * p1).extend(g);
-        let along_z = (p3 - p0 + h * p3).extend(h);
-        let middle = p0.extend(1.0) + 0.5 * (along_x + along_z);
+        let square = unit_square_to(&self.corners.map(|corner| (corner - self.center) / self.focal))?;
+        let (along_x, along_z) = (square.x_axis, square.y_axis);
+        let middle = square.z_axis + 0.5 * (along_x + along_z);
         let scale = 2.0 * self.size / (along_x.length() + along_z.length());
         // Make the directions of both sides perpendicular, without preferring one.
         let (x, z) = (along_x.normalize(), along_z.normalize());
@@ -203,10 +199,21 @@ impl<'a> Square<'a> {
     }
 }
 
-/// Solves a symmetric positive definite 6 × 6 system by Cholesky decomposition.
-fn solve(matrix: [[f64; 6]; 6], right: [f64; 6]) -> Option<[f64; 6]> {
-    let mut lower = [[0.0; 6]; 6];
-    for i in 0..6 {
+/// The homography that maps the unit square (top-left, top-right, bottom-right, bottom-left) to four corners, in closed
+/// form (Heckbert 1989).
+pub(super) fn unit_square_to(corners: &[DVec2; 4]) -> Option<DMat3> {
+    let [p0, p1, p2, p3] = *corners;
+    let (d1, d2, s) = (p1 - p2, p3 - p2, p0 - p1 + p2 - p3);
+    let determinant = d1.perp_dot(d2);
+    let (g, h) = (s.perp_dot(d2) / determinant, d1.perp_dot(s) / determinant);
+    let matrix = DMat3::from_cols((p1 - p0 + g * p1).extend(g), (p3 - p0 + h * p3).extend(h), p0.extend(1.0));
+    matrix.is_finite().then_some(matrix)
+}
+
+/// Solves a symmetric positive definite system, given by its lower triangle, by Cholesky decomposition.
+pub(super) fn solve<const N: usize>(matrix: [[f64; N]; N], right: [f64; N]) -> Option<[f64; N]> {
+    let mut lower = [[0.0; N]; N];
+    for i in 0..N {
         for j in 0..=i {
             let known: f64 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
             let rest = matrix[i][j] - known;
@@ -214,12 +221,12 @@ fn solve(matrix: [[f64; 6]; 6], right: [f64; 6]) -> Option<[f64; 6]> {
         }
     }
     let mut x = right;
-    for i in 0..6 {
+    for i in 0..N {
         let known: f64 = (0..i).map(|k| lower[i][k] * x[k]).sum();
         x[i] = (x[i] - known) / lower[i][i];
     }
-    for i in (0..6).rev() {
-        let known: f64 = (i + 1..6).map(|k| lower[k][i] * x[k]).sum();
+    for i in (0..N).rev() {
+        let known: f64 = (i + 1..N).map(|k| lower[k][i] * x[k]).sum();
         x[i] = (x[i] - known) / lower[i][i];
     }
     x.iter().all(|v| v.is_finite()).then_some(x)

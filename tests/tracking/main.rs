@@ -6,6 +6,8 @@ mod calibration;
 #[cfg(feature = "apriltag")]
 mod desk_clip;
 mod families;
+#[cfg(feature = "apriltag")]
+mod far_markers;
 mod feeds;
 mod follow;
 #[path = "../support/gpu.rs"]
@@ -21,10 +23,17 @@ mod print;
 mod real_tags;
 #[cfg(feature = "apriltag")]
 mod rendered_tags;
+#[cfg(feature = "apriltag")]
+mod recordings;
+#[cfg(feature = "apriltag")]
+#[path = "../support/rendered_marker.rs"]
+mod rendered_marker;
 mod scripted_desk;
 mod several_cameras;
 #[cfg(feature = "apriltag")]
 #[path = "../support/shared_data.rs"]
 mod shared_data;
+#[cfg(feature = "apriltag")]
+mod still_poses;
 #[cfg(feature = "webcam")]
 mod webcam;
