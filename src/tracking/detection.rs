@@ -1,7 +1,7 @@
 //! Detector of a game, and the systems that run it.
 
 use super::{
-    DetectedMarkers, MarkerAnchor, MarkerDetector, MarkerFamily, MarkerId, TrackingError,
+    BoardMarker, DetectedMarkers, MarkerAnchor, MarkerBoard, MarkerDetector, MarkerFamily, MarkerId, TrackingError,
     detect_markers::{detect_markers, detect_mirrored},
 };
 use crate::camera::{ArCamera, ArrivingFrame, CameraFrame};
@@ -70,9 +70,18 @@ impl MarkerDetection {
 /// Number of frames from one search of the mirror image to the next.
 const MIRROR_INTERVAL: u64 = 30;
 
-/// Markers of the valid anchors of the game.
-fn wanted_markers<'a>(anchors: impl Iterator<Item = &'a MarkerAnchor>) -> Vec<MarkerId> {
-    anchors.filter(|anchor| anchor.check().is_ok()).map(MarkerAnchor::marker).collect()
+type WantedAnchor = (Ref<'static, MarkerAnchor>, Option<Ref<'static, MarkerBoard>>);
+
+/// Markers of the valid anchors of the game and of their boards.
+fn wanted_markers(anchors: &Query<WantedAnchor>) -> Vec<MarkerId> {
+    let mut wanted = Vec::new();
+    for (anchor, board) in anchors.iter().filter(|(anchor, _)| anchor.check().is_ok()) {
+        wanted.push(anchor.marker());
+        if let Some(board) = board.filter(|board| board.check(&anchor).is_ok()) {
+            wanted.extend(board.markers.iter().map(BoardMarker::marker));
+        }
+    }
+    wanted
 }
 
 /// Families to search for: those of the wanted markers, and tag36h11 if none are wanted.
@@ -95,7 +104,7 @@ pub(super) fn detect_in_background(
     detection: Option<Res<MarkerDetection>>,
     mut running: Query<(Entity, &mut RunningDetection)>,
     arrived: Query<ArrivedCamera>,
-    anchors: Query<&MarkerAnchor>,
+    anchors: Query<WantedAnchor>,
 ) {
     let mut finished = Vec::new();
     for (camera, mut running) in &mut running {
@@ -115,7 +124,7 @@ pub(super) fn detect_in_background(
             camera.insert(frame);
             continue;
         };
-        let wanted = wanted_markers(anchors.iter());
+        let wanted = wanted_markers(&anchors);
         let mirrored = last.map_or_else(Vec::new, |last| last.mirrored.clone());
         let search = async move {
             let detected = detection.detect(&frame, &wanted, &mirrored);
@@ -133,10 +142,11 @@ pub(super) fn detect_at_once(
     mut commands: Commands,
     detection: Option<Res<MarkerDetection>>,
     cameras: Query<FramedCamera, With<ArCamera>>,
-    anchors: Query<Ref<MarkerAnchor>>,
+    anchors: Query<WantedAnchor>,
 ) {
-    let anchors_changed = anchors.iter().any(|anchor| anchor.is_changed());
-    let wanted = wanted_markers(anchors.iter().map(Ref::into_inner));
+    let anchors_changed =
+        anchors.iter().any(|(anchor, board)| anchor.is_changed() || board.is_some_and(|board| board.is_changed()));
+    let wanted = wanted_markers(&anchors);
     let is_due = |frame: &CameraFrame, last: Option<&DetectedMarkers>| {
         let Some(last) = last.filter(|last| last.sequence == frame.sequence) else {
             return true;

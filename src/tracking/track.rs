@@ -1,17 +1,22 @@
 //! Systems that move the camera and the anchors to the detected markers.
 
 use super::{
-    DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking, MarkerViews, PoseCandidates, WorldOrigin,
+    DetectedMarkers, MarkerAnchor, MarkerBoard, MarkerState, MarkerTracking, MarkerViews, WorldOrigin,
+    board_pose::AnchorPose,
     placement::Placement,
     same_number::{FollowedSheets, SameNumber},
 };
 use crate::camera::{ArCamera, CameraFrame, Intrinsics, camera_rank};
 use bevy::{ecs::entity::EntityHashMap, prelude::*};
 
-pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<MarkerAnchor>>) {
-    for (entity, anchor) in &anchors {
+type ChangedAnchor = Or<(Changed<MarkerAnchor>, Changed<MarkerBoard>)>;
+
+pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor, Option<&MarkerBoard>), ChangedAnchor>) {
+    for (entity, anchor, board) in &anchors {
         if let Err(error) = anchor.check() {
             error!("MarkerAnchor of {entity}: {error}");
+        } else if let Some(Err(error)) = board.map(|board| board.check(anchor)) {
+            error!("MarkerBoard of {entity}: {error}; only the marker of the MarkerAnchor is tracked");
         }
     }
 }
@@ -20,6 +25,7 @@ type TrackedCamera = (Entity, &'static Camera, &'static ArCamera, &'static Camer
 type TrackedAnchor = (
     Entity,
     Ref<'static, MarkerAnchor>,
+    Option<Ref<'static, MarkerBoard>>,
     &'static mut MarkerTracking,
     &'static mut MarkerViews,
     &'static mut FollowedSheets,
@@ -34,7 +40,7 @@ pub(super) fn estimate_poses(cameras: Query<TrackedCamera>, mut anchors: Query<T
     if !anchors.is_empty() && sorted.iter().any(|(_, _, ar_camera, frame, _)| is_assumed(ar_camera, frame)) {
         warn_once!("ArCamera has no intrinsics: poses are measured with an assumed field of view of 60°");
     }
-    for (entity, anchor, mut tracking, mut views, mut sheets) in &mut anchors {
+    for (entity, anchor, board, mut tracking, mut views, mut sheets) in &mut anchors {
         let mut is_new = false;
         if views.iter().any(|(camera, _)| !cameras.contains(camera)) {
             views.retain(|camera| cameras.contains(camera));
@@ -44,11 +50,13 @@ pub(super) fn estimate_poses(cameras: Query<TrackedCamera>, mut anchors: Query<T
         if anchor.check().is_err() {
             continue;
         }
+        let is_changed = anchor.is_changed() || board.as_ref().is_some_and(|board| board.is_changed());
+        let board = board.as_deref().filter(|board| board.check(&anchor).is_ok());
         for (camera, _, ar_camera, frame, detected) in &sorted {
-            if detected.is_changed() || anchor.is_changed() {
+            if detected.is_changed() || is_changed {
                 let intrinsics = ar_camera.intrinsics_for(frame);
                 let sheet = sheets.of(*camera);
-                views.of(*camera).update(&anchor, detected, sheet, &intrinsics);
+                views.of(*camera).update((&anchor, board), detected, sheet, &intrinsics);
                 sheet.report_copies(entity, &anchor, *camera, views.of(*camera).copies);
                 is_new = true;
             }
@@ -78,19 +86,18 @@ impl MarkerTracking {
     /// Follows the sheet of an anchor among the markers that were detected in a frame.
     fn update(
         &mut self,
-        anchor: &MarkerAnchor,
+        (anchor, board): (&MarkerAnchor, Option<&MarkerBoard>),
         detected: &DetectedMarkers,
         sheet: &mut SameNumber,
         intrinsics: &Intrinsics,
     ) {
         let seen: Vec<_> = detected.markers.iter().filter(|marker| marker.marker() == anchor.marker()).collect();
         self.copies = seen.len() as u32;
-        let candidates = sheet
-            .choose(&seen)
-            .and_then(|marker| PoseCandidates::from_corners(&marker.corners, intrinsics, anchor.size.into()));
-        self.candidates = candidates;
-        match candidates {
-            Some(candidates) => {
+        let estimated = AnchorPose::estimate(anchor, board, sheet.choose(&seen), &detected.markers, intrinsics);
+        self.candidates = estimated.as_ref().map(|estimated| estimated.candidates);
+        match estimated {
+            Some(AnchorPose { candidates, markers }) => {
+                self.markers = markers;
                 let pose = candidates.choose(self.camera_from_marker.as_ref());
                 self.state = MarkerState::Tracked;
                 self.camera_from_marker = Some(pose.camera_from_marker);

@@ -3,6 +3,8 @@
 mod authoring;
 mod background;
 #[cfg(feature = "apriltag")]
+mod boards;
+#[cfg(feature = "apriltag")]
 mod desk_clip;
 mod families;
 mod feeds;
