@@ -6,7 +6,7 @@
 //! the difference of every pixel near an edge (the inverse compositional view of Lucas & Kanade 1981, with robust
 //! weights) finds them together in a few steps.
 
-use super::pose::{solve, unit_square_to};
+use super::{pose::unit_square_to, pose_fit::solve};
 use crate::{camera::FramePixels, luminance::luminance};
 use bevy::math::{DMat3, DVec2, DVec3, DVec4, Vec4};
 

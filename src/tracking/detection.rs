@@ -1,8 +1,8 @@
 //! Detector of a game, and the systems that run it.
 
 use super::{
-    DetectedMarkers, MarkerAnchor, MarkerDetector, MarkerFamily, MarkerId, MarkerTracker, TrackingError,
-    detect_markers::detect_mirrored,
+    BoardMarker, DetectedMarkers, MarkerAnchor, MarkerBoard, MarkerDetector, MarkerFamily, MarkerId, MarkerTracker,
+    TrackingError, detect_markers::detect_mirrored,
 };
 use crate::camera::{ArCamera, ArrivingFrame, CameraFrame, UndistortionMaps};
 use bevy::{
@@ -77,9 +77,18 @@ impl MarkerDetection {
 /// Number of frames from one search of the mirror image to the next.
 const MIRROR_INTERVAL: u64 = 30;
 
-/// Markers of the valid anchors of the game.
-fn wanted_markers<'a>(anchors: impl Iterator<Item = &'a MarkerAnchor>) -> Vec<MarkerId> {
-    anchors.filter(|anchor| anchor.check().is_ok()).map(MarkerAnchor::marker).collect()
+type WantedAnchor = (Ref<'static, MarkerAnchor>, Option<Ref<'static, MarkerBoard>>);
+
+/// Markers of the valid anchors of the game and of their boards.
+fn wanted_markers(anchors: &Query<WantedAnchor>) -> Vec<MarkerId> {
+    let mut wanted = Vec::new();
+    for (anchor, board) in anchors.iter().filter(|(anchor, _)| anchor.check().is_ok()) {
+        wanted.push(anchor.marker());
+        if let Some(board) = board.filter(|board| board.check(&anchor).is_ok()) {
+            wanted.extend(board.markers.iter().map(BoardMarker::marker));
+        }
+    }
+    wanted
 }
 
 /// Families to search for: those of the wanted markers, and tag36h11 if none are wanted.
@@ -109,7 +118,7 @@ pub(super) fn detect_in_background(
     detection: Option<Res<MarkerDetection>>,
     mut running: Query<(Entity, &mut RunningDetection)>,
     arrived: Query<ArrivedCamera>,
-    anchors: Query<&MarkerAnchor>,
+    anchors: Query<WantedAnchor>,
     maps: Res<UndistortionMaps>,
 ) {
     // Commands take effect after this system, so the newest tracker is not on its camera yet.
@@ -135,7 +144,7 @@ pub(super) fn detect_in_background(
             camera.insert(frame);
             continue;
         };
-        let wanted = wanted_markers(anchors.iter());
+        let wanted = wanted_markers(&anchors);
         let mirrored = last.map_or_else(Vec::new, |last| last.mirrored.clone());
         let maps = maps.clone();
         let search = async move {
@@ -155,10 +164,11 @@ pub(super) fn detect_at_once(
     mut commands: Commands,
     detection: Option<Res<MarkerDetection>>,
     cameras: Query<FramedCamera, With<ArCamera>>,
-    anchors: Query<Ref<MarkerAnchor>>,
+    anchors: Query<WantedAnchor>,
 ) {
-    let anchors_changed = anchors.iter().any(|anchor| anchor.is_changed());
-    let wanted = wanted_markers(anchors.iter().map(Ref::into_inner));
+    let anchors_changed =
+        anchors.iter().any(|(anchor, board)| anchor.is_changed() || board.is_some_and(|board| board.is_changed()));
+    let wanted = wanted_markers(&anchors);
     let is_due = |frame: &CameraFrame, last: Option<&DetectedMarkers>| {
         let Some(last) = last.filter(|last| last.sequence == frame.sequence) else {
             return true;

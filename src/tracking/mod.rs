@@ -18,6 +18,12 @@
 //! All nine [families](MarkerFamily) of the AprilTag library, tag36h11 unless an anchor says otherwise. Those of the
 //! anchors are searched for, no others. Which marker is which is always a matter of family and number.
 //!
+//! # Boards
+//! A [`MarkerBoard`] beside a [`MarkerAnchor`] has further markers: on the same sheet, in a grid, on the sides of a
+//! box. One fit over the corners of all that are in the frame gives the anchor's pose, so that any of them may be
+//! hidden. It is also more exact, and not [ambiguous](PoseCandidates::is_ambiguous) where they are not all in one
+//! plane.
+//!
 //! # What moves
 //! With [`WorldOrigin`] on one anchor, that anchor stays where the game put it and the camera moves. Without it the
 //! camera stays and the anchors move. Distances are meters in the world, whatever the scale of the parents of cameras
@@ -52,6 +58,8 @@ mod align_pattern;
 mod apriltag;
 #[cfg(feature = "apriltag")]
 mod apriltag_family;
+mod board;
+mod board_pose;
 mod detect_markers;
 mod detection;
 mod detector;
@@ -61,6 +69,7 @@ mod marker_views;
 mod placement;
 mod pose;
 mod pose_filter;
+mod pose_fit;
 #[cfg(feature = "apriltag")]
 mod print;
 mod recording;
@@ -72,6 +81,7 @@ pub use align_pattern::MarkerPattern;
 pub use apriltag::AprilTagDetector;
 #[cfg(feature = "apriltag")]
 pub use apriltag_family::marker_cells;
+pub use board::{BoardMarker, MarkerBoard};
 pub use detect_markers::detect_markers;
 pub use detection::MarkerDetection;
 pub use detector::{DetectedMarker, LumaView, MarkerDetector};
@@ -130,6 +140,12 @@ pub enum TrackingError {
     /// The size of a marker is not a length above 0, or the marker does not fit the page.
     #[error("a marker cannot be {0} meters wide; give the side of its black square, above 0")]
     BadSize(f32),
+    /// A marker is twice on a board, counting that of the anchor.
+    #[error("{0} is on the board twice; give each of its markers another number")]
+    DuplicateMarker(MarkerId),
+    /// The place of a marker on its board is not finite.
+    #[error("the place of {0} on its board is not finite; give meters and a rotation of length 1")]
+    BadPlace(MarkerId),
 }
 
 /// A printed AprilTag marker; the entity's frame is the marker's frame.
@@ -248,6 +264,8 @@ pub struct MarkerTracking {
     /// Number of markers in the newest frame that bear the anchor's family and number. If there are several, the pose
     /// is that of the one that was followed before, and of the largest at first.
     pub copies: u32,
+    /// Markers that the last pose rests on: that of the anchor, and those of its [`MarkerBoard`] that agree.
+    pub markers: Vec<MarkerId>,
     /// Camera whose frames show the marker so. `None` before the first frame, and for a game that tracks by itself:
     /// then it counts for every camera.
     pub camera: Option<Entity>,
@@ -284,6 +302,7 @@ impl Plugin for TrackingPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
         app.register_type::<MarkerAnchor>()
+            .register_type::<MarkerBoard>()
             .register_type::<WorldOrigin>()
             .register_type::<MarkerTracking>()
             .register_type::<MarkerViews>()

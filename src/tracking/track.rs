@@ -1,8 +1,9 @@
 //! Systems that move the camera and the anchors to the detected markers.
 
 use super::{
-    DetectedMarkers, MarkerAnchor, MarkerId, MarkerState, MarkerTracking, MarkerViews, PoseCandidates, PoseFilter,
+    DetectedMarkers, MarkerAnchor, MarkerBoard, MarkerId, MarkerState, MarkerTracking, MarkerViews, PoseFilter,
     Recorded, WorldOrigin,
+    board_pose::AnchorPose,
     placement::Placement,
     pose_filter::{FilteredPose, PoseHistories, PoseHistory},
     same_number::{FollowedSheets, SameNumber},
@@ -14,10 +15,14 @@ use bevy::{
 };
 use std::time::Duration;
 
-pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<MarkerAnchor>>) {
-    for (entity, anchor) in &anchors {
+type ChangedAnchor = Or<(Changed<MarkerAnchor>, Changed<MarkerBoard>)>;
+
+pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor, Option<&MarkerBoard>), ChangedAnchor>) {
+    for (entity, anchor, board) in &anchors {
         if let Err(error) = anchor.check() {
             error!("MarkerAnchor of {entity}: {error}");
+        } else if let Some(Err(error)) = board.map(|board| board.check(anchor)) {
+            error!("MarkerBoard of {entity}: {error}; only the marker of the MarkerAnchor is tracked");
         }
     }
 }
@@ -53,6 +58,7 @@ impl TrackedCameraItem<'_, '_> {
 pub(super) struct TrackedAnchor {
     entity: Entity,
     anchor: Ref<'static, MarkerAnchor>,
+    board: Option<Ref<'static, MarkerBoard>>,
     filter: &'static PoseFilter,
     tracking: &'static mut MarkerTracking,
     views: &'static mut MarkerViews,
@@ -78,11 +84,13 @@ pub(super) fn estimate_poses(cameras: Query<TrackedCamera>, mut anchors: Query<T
         if of.anchor.check().is_err() {
             continue;
         }
+        let is_changed = of.anchor.is_changed() || of.board.as_ref().is_some_and(|board| board.is_changed());
+        let board = of.board.as_deref().filter(|board| board.check(&of.anchor).is_ok());
         for camera in &sorted {
-            if camera.detected.is_changed() || of.anchor.is_changed() {
+            if camera.detected.is_changed() || is_changed {
                 let sheet = of.sheets.of(camera.entity);
                 let view = of.views.of(camera.entity);
-                view.update(&of.anchor, camera, sheet, of.histories.of(camera.entity), of.filter);
+                view.update((&of.anchor, board), camera, sheet, of.histories.of(camera.entity), of.filter);
                 sheet.report_copies(of.entity, &of.anchor, camera.entity, view.copies);
                 is_new = true;
             }
@@ -113,7 +121,7 @@ impl MarkerTracking {
     /// Follows the sheet of an anchor among the markers that were detected in a frame.
     fn update(
         &mut self,
-        anchor: &MarkerAnchor,
+        (anchor, board): (&MarkerAnchor, Option<&MarkerBoard>),
         camera: &TrackedCameraItem,
         sheet: &mut SameNumber,
         history: &mut PoseHistory,
@@ -124,11 +132,10 @@ impl MarkerTracking {
         let seen: Vec<_> = detected.markers.iter().filter(|marker| marker.marker() == anchor.marker()).collect();
         self.copies = seen.len() as u32;
         let intrinsics = camera.ar_camera.intrinsics_for(camera.frame);
-        self.candidates = sheet
-            .choose(&seen)
-            .and_then(|marker| PoseCandidates::from_corners(&marker.corners, &intrinsics, anchor.size.into()));
+        let estimated = AnchorPose::estimate(anchor, board, sheet.choose(&seen), &detected.markers, &intrinsics);
+        self.candidates = estimated.as_ref().map(|estimated| estimated.candidates);
         self.steady = false;
-        let Some(candidates) = self.candidates else {
+        let Some(AnchorPose { candidates, markers }) = estimated else {
             self.miss(captured, history, &filter);
             return;
         };
@@ -141,6 +148,7 @@ impl MarkerTracking {
         let filtered = FilteredPose::follow(history.pose, pose.camera_from_marker, captured, &filter, is_smoothed);
         history.pose = Some(filtered);
         self.state = MarkerState::Tracked;
+        self.markers = markers;
         self.camera_from_marker = Some(filtered.pose());
         self.steady = filtered.is_steady();
         self.reprojection_error = pose.reprojection_error;

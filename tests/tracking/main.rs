@@ -4,6 +4,8 @@ mod authoring;
 mod background;
 mod calibration;
 #[cfg(feature = "apriltag")]
+mod boards;
+#[cfg(feature = "apriltag")]
 mod desk_clip;
 mod families;
 #[cfg(feature = "apriltag")]
