@@ -7,7 +7,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_mirrorball::{
-    camera::{CameraPlugin, FramePixels},
+    camera::{CameraPlugin, Distortion, FramePixels},
     debug::{
         CAPTURE_RATE, Check, CheckLevel, Checklist, DECODE, DETECT, DROPPED, LIGHTING_AGE, MEASURE,
         MirrorballDiagnosticsPlugin,
@@ -72,7 +72,13 @@ fn the_checklist_leads_from_nothing_to_measured_light() {
     app.world_mut().entity_mut(camera).insert(photo());
     app.update();
     expect(&mut app, "feed", Good, "640 × 480");
-    expect(&mut app, "lens", Warning, "60°");
+    expect(&mut app, "lens", Warning, "never calibrated, a field of view of 60°");
+    let wide = Intrinsics::new(INTRINSICS.focal, Vec2::new(320.0, 180.0), UVec2::new(640, 360));
+    app.world_mut().entity_mut(camera).insert(ArCamera::new(wide));
+    expect(&mut app, "lens", Warning, "another shape; calibrate");
+    let distortion = Distortion { k1: -0.1, ..Distortion::NONE };
+    app.world_mut().entity_mut(camera).insert(ArCamera::new(Intrinsics { distortion, ..INTRINSICS }));
+    expect(&mut app, "lens", Good, "calibrated, frames are undistorted");
     let of_twice_the_size = Intrinsics { center: INTRINSICS.center * 2.0, ..INTRINSICS };
     app.world_mut().entity_mut(camera).insert(ArCamera::new(of_twice_the_size));
     expect(&mut app, "lens", Warning, "those of 1280 × 960");

@@ -2,6 +2,7 @@
 
 use super::{CalibrationBoard, CalibrationError};
 use crate::tracking::{TrackingError, marker_cells};
+use bevy::math::DVec2;
 use std::fmt::Write;
 
 /// Width and height of A4 in millimeters.
@@ -21,7 +22,9 @@ impl CalibrationBoard {
         self.check()?;
         let last = self.first_id + self.columns * self.rows - 1;
         let end = self.corners(last).map(|corners| corners[2] * 1000.0).unwrap_or_default();
-        if end.x > PAGE.0 - 2.0 * MARGIN || end.y > PAGE.1 - 2.0 * MARGIN - FOOT {
+        // Rounding is not what makes a board too large.
+        let place = DVec2::new(PAGE.0, PAGE.1 - FOOT) - 2.0 * MARGIN + 1e-6;
+        if (place - end).min_element() < 0.0 {
             return Err(CalibrationError::Board(format!(
                 "it is {:.0} × {:.0} mm large and does not fit an A4 page; give fewer or smaller markers",
                 end.x, end.y

@@ -3,6 +3,8 @@
 #[cfg(feature = "apriltag")]
 mod photographs;
 #[cfg(feature = "apriltag")]
+mod render;
+#[cfg(feature = "apriltag")]
 mod rendered;
 mod synthetic;
 mod undistorted;

@@ -88,7 +88,6 @@ fn real_photographs_give_what_opencv_made_of_them() {
     let found = calibrate(truth.size, &views).expect("enough views");
     let focal = found.intrinsics.focal / truth.focal - 1.0;
     println!("{} of 4 usable; focal lengths differ by {focal}; {found:#?}", found.used_views());
-    println!("{:#?}", found.advice());
     assert!(focal.abs().max_element() < 0.03, "focal lengths differ by {focal}");
     let shift = |lens: &Intrinsics, seen: Vec2| lens.undistort_pixel(seen).expect("in view") - seen;
     let seen = views.iter().flat_map(|view| &view.points).map(|point| point.frame.as_vec2());

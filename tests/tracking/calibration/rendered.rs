@@ -1,83 +1,24 @@
-//! The printed board, rendered through a lens that bends lines: detected and calibrated as a user would do it.
+//! The printed board, rendered through a lens that bends lines: detected and calibrated as a user would do it, and
+//! tracked with the result.
 
-use super::{BoardPose, grid, largest_difference, ten_views};
-use bevy::prelude::*;
-use bevy_mirrorball::{
-    camera::{Distortion, FramePixels, calibration::CalibrationBoard},
-    prelude::*,
-    tracking::AprilTagDetector,
+use super::{
+    BoardPose, grid, largest_difference,
+    render::{cells, lens, rays, render},
+    ten_views,
 };
+use crate::pose_error::PoseError;
+use bevy::{math::DVec2, prelude::*};
+use bevy_mirrorball::{
+    camera::{CameraPlugin, Distortion, FramePixels, calibration::CalibrationBoard},
+    prelude::*,
+    tracking::{AprilTagDetector, MarkerPose, MarkerTracking, TrackingPlugin, detect_markers},
+};
+use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Rays for each pixel along a side.
-const SAMPLES: u32 = 3;
-/// Light of paper, ink and everything else in linear camera units.
-const PAPER: f32 = 0.8;
-const INK: f32 = 0.03;
-const DESK: f32 = 0.3;
 /// Of the focal lengths.
 const FOCAL_TOLERANCE: f32 = 0.003;
 /// In pixels, over the frame.
 const PIXELS: f32 = 0.3;
-
-fn lens() -> Intrinsics {
-    Intrinsics {
-        distortion: Distortion { k1: -0.25, ..Distortion::NONE },
-        ..Intrinsics::new(Vec2::new(580.0, 583.0), Vec2::new(327.0, 236.0), UVec2::new(640, 480))
-    }
-}
-
-/// Directions of all rays of all pixels, at a depth of 1.
-fn rays(lens: &Intrinsics) -> Vec<Vec2> {
-    let side = lens.size * SAMPLES;
-    let ray = |x: u32, y: u32| {
-        let seen = (Vec2::new(x as f32, y as f32) + 0.5) / SAMPLES as f32;
-        (lens.undistort_pixel(seen).expect("the lens shows its whole frame") - lens.center) / lens.focal
-    };
-    (0..side.y).flat_map(|y| (0..side.x).map(move |x| (x, y))).map(|(x, y)| ray(x, y)).collect()
-}
-
-/// Cells of the printed board, 10 for each marker and row, and the size of a cell in meters.
-fn cells(board: &CalibrationBoard) -> (Vec<Vec<bool>>, f32) {
-    let detector = AprilTagDetector::new().expect("the AprilTag library of this crate");
-    let mut rows = vec![vec![true; 10 * board.columns as usize]; 10 * board.rows as usize];
-    for i in 0..board.columns * board.rows {
-        let (left, top) = (10 * (i % board.columns) as usize, 10 * (i / board.columns) as usize);
-        let marker = detector.cells(board.first_id + i).expect("in the family");
-        for (row, cells) in rows[top..].iter_mut().zip(&marker) {
-            row[left..left + 10].copy_from_slice(cells);
-        }
-    }
-    (rows, board.size as f32 / 8.0)
-}
-
-fn render(lens: &Intrinsics, rays: &[Vec2], (cells, cell): &(Vec<Vec<bool>>, f32), pose: &BoardPose) -> FramePixels {
-    let normal = pose.rotation * Vec3::Z;
-    let (x, y) = (pose.rotation * Vec3::X, pose.rotation * Vec3::Y);
-    let radiance = |ray: &Vec2| {
-        let ray = ray.extend(1.0);
-        let at = ray * (normal.dot(pose.translation) / normal.dot(ray)) - pose.translation;
-        // The first cell is white margin.
-        let (column, row) = ((at.dot(x) / cell + 1.0).floor(), (at.dot(y) / cell + 1.0).floor());
-        if column < 0.0 || row < 0.0 {
-            return DESK;
-        }
-        match cells.get(row as usize).and_then(|row| row.get(column as usize)) {
-            Some(true) => PAPER,
-            Some(false) => INK,
-            None => DESK,
-        }
-    };
-    let size = lens.size;
-    let mut rgba = Vec::new();
-    for (y, x) in (0..size.y).flat_map(|y| (0..size.x).map(move |x| (y, x))) {
-        let row = |line: u32| (((y * SAMPLES + line) * size.x + x) * SAMPLES) as usize;
-        let sum: f32 = (0..SAMPLES).flat_map(|line| &rays[row(line)..row(line) + SAMPLES as usize]).map(radiance).sum();
-        let linear = sum / (SAMPLES * SAMPLES) as f32;
-        let gray = Srgba::from(LinearRgba::rgb(linear, linear, linear)).to_u8_array()[0];
-        rgba.extend([gray, gray, gray, 255]);
-    }
-    FramePixels::new(size, rgba).expect("as many bytes as the size says")
-}
 
 #[test]
 fn ten_views_of_the_printed_board_give_the_lens() {
@@ -98,4 +39,64 @@ fn ten_views_of_the_printed_board_give_the_lens() {
     assert!(off < PIXELS, "the lens is off by {off} px");
     assert!(found.coverage > 0.9, "{}", found.coverage);
     assert!(found.advice().is_empty(), "{:?}", found.advice());
+}
+
+/// Errors of a pose; without the distortion it is off by more than 1.5 % of the distance.
+const DEGREES: f32 = 0.5;
+const DISTANCE_SHARE: f32 = 0.003;
+
+#[test]
+fn a_marker_at_the_border_has_its_pose_once_the_lens_is_known() {
+    let (lens, board) = (lens(), CalibrationBoard { columns: 1, rows: 1, first_id: 3, size: 0.06 });
+    let middle = Vec3::new(-0.14, 0.08, 0.32);
+    let pose = BoardPose::new(Vec2::splat(0.06), middle, Vec2::new(-35.0, 20.0), 15.0);
+    // Our markers have z to the bottom edge and y out of the paper, our cameras y up and z backward.
+    let rotation = Quat::from_rotation_x(PI) * pose.rotation * Quat::from_rotation_x(-FRAC_PI_2);
+    let truth = Isometry3d::new(Vec3::new(middle.x, -middle.y, -middle.z), rotation);
+    let frame = std::sync::Arc::new(render(&lens, &rays(&lens), &cells(&board), &pose));
+    let tracked = |lens: Intrinsics| {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, TransformPlugin, CameraPlugin, TrackingPlugin));
+        app.world_mut().spawn((MarkerAnchor::new(3, 0.06), WorldOrigin));
+        let feed = CameraFeed::pixels(frame.clone()).with_pace(FeedPace::Lockstep);
+        app.world_mut().spawn((ArCamera::new(lens), feed));
+        app.update();
+        let tracking = app.world_mut().query::<&MarkerTracking>().single(app.world()).expect("one anchor");
+        tracking.candidates.as_ref().expect("the marker is in view").best
+    };
+    let known: MarkerPose = tracked(lens);
+    PoseError::of(&known, &truth).assert_below("known lens", DEGREES, DISTANCE_SHARE);
+    let pinhole = tracked(Intrinsics { distortion: Distortion::NONE, ..lens });
+    let off = pinhole.camera_from_marker.translation.distance(truth.translation) / truth.translation.length();
+    assert!(off > 5.0 * DISTANCE_SHARE, "the lens matters here: {off}");
+}
+
+#[test]
+fn the_printed_page_is_the_board() {
+    /// Pixels for each millimeter, and the page in pixels.
+    const SCALE: f32 = 4.0;
+    const PAGE: UVec2 = UVec2::new(840, 1188);
+    let board = CalibrationBoard::default();
+    let sheet = board.svg().expect("fits the page");
+    let path = sheet.split("<path d=\"").nth(1).and_then(|rest| rest.split('"').next()).expect("the squares");
+    let mut rgba = vec![255; (4 * PAGE.x * PAGE.y) as usize];
+    for square in path.split('M').filter(|square| !square.is_empty()) {
+        let numbers: Vec<f32> =
+            square.split([' ', 'h', 'v', 'z']).filter_map(|number| number.parse().ok()).take(3).collect();
+        let [x, y, side] = numbers[..] else { panic!("a square: {square}") };
+        let pixels = |from: f32| (from * SCALE).round() as u32..((from + side) * SCALE).round() as u32;
+        for (row, column) in pixels(y).flat_map(|row| pixels(x).map(move |column| (row, column))) {
+            let at = 4 * (row * PAGE.x + column) as usize;
+            rgba[at..at + 3].fill(0);
+        }
+    }
+    let page = FramePixels::new(PAGE, rgba).expect("as many bytes as the size says");
+    let mut detector = AprilTagDetector::new().expect("the AprilTag library of this crate");
+    let points = board.view(&detect_markers(&mut detector, &page, &[])).points;
+    assert_eq!(points.len(), 4 * 48);
+    let corner = points.iter().find(|point| point.board == DVec2::ZERO).expect("the first marker").frame;
+    for point in points {
+        let expected = corner + point.board * 1000.0 * f64::from(SCALE);
+        assert!(point.frame.distance(expected) < 1.0, "{} is at {} and not {expected}", point.board, point.frame);
+    }
 }
