@@ -15,12 +15,10 @@ struct UpdateClock {
 /// Measures from the first to the last stage, in `PreUpdate` and in `PostUpdate` after transforms are propagated.
 pub(super) fn build(app: &mut App) {
     use MirrorballSystems::{Follow, Measure, Poll, Shade};
-    app.init_resource::<UpdateClock>()
-        .add_systems(PreUpdate, (start.before(Poll), stop.after(Follow)))
-        .add_systems(
-            PostUpdate,
-            (start.before(Measure).after(TransformSystems::Propagate), (stop, publish).chain().after(Shade)),
-        );
+    app.init_resource::<UpdateClock>().add_systems(PreUpdate, (start.before(Poll), stop.after(Follow))).add_systems(
+        PostUpdate,
+        (start.before(Measure).after(TransformSystems::Propagate), (stop, publish).chain().after(Shade)),
+    );
 }
 
 fn start(mut clock: ResMut<UpdateClock>) {
@@ -28,7 +26,9 @@ fn start(mut clock: ResMut<UpdateClock>) {
 }
 
 fn stop(mut clock: ResMut<UpdateClock>) {
-    clock.spent += clock.started.take().map_or(Duration::ZERO, |started| started.elapsed());
+    if let Some(started) = clock.started.take() {
+        clock.spent += started.elapsed();
+    }
 }
 
 fn publish(mut clock: ResMut<UpdateClock>, mut diagnostics: Diagnostics) {

@@ -21,7 +21,8 @@ fn the_marker_of_the_shipped_desk_is_printed_with_corners_and_pose() {
     let [marker] = &markers(&output)[..] else { panic!("one marker") };
     assert_eq!(marker["id"], 0);
     let corner = |i: usize, axis: usize| marker["corners"][i][axis].as_f64().expect("a number");
-    let pose: Vec<f64> = marker["camera_from_marker"].as_array().expect("a list").iter().flat_map(Value::as_f64).collect();
+    let pose: Vec<f64> =
+        marker["camera_from_marker"].as_array().expect("a list").iter().flat_map(Value::as_f64).collect();
     assert_eq!(pose.len(), 16);
     // The first corner is the bottom left one: half a side to the left and to the bottom edge, in columns.
     let seen = [0, 1, 2].map(|axis| -0.05 * pose[axis] + 0.05 * pose[8 + axis] + pose[12 + axis]);

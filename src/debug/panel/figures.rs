@@ -1,7 +1,8 @@
 //! Reports of the panel: checks, timings and memory.
 
 use crate::debug::{
-    BALL_ERROR, CheckLevel, Checklist, DECODE, DETECT, KEY_LIGHT_ANGLE, LIGHTING_AGE, MAIN_THREAD, MEASURE, RECOVER, device_memory,
+    BALL_ERROR, CheckLevel, Checklist, DECODE, DETECT, KEY_LIGHT_ANGLE, LIGHTING_AGE, MAIN_THREAD, MEASURE, RECOVER,
+    device_memory,
 };
 use bevy::{
     diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore, FrameTimeDiagnosticsPlugin},
