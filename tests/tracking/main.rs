@@ -25,6 +25,8 @@ mod rendered_tags;
 mod scripted_desk;
 mod several_cameras;
 #[cfg(feature = "apriltag")]
+mod sheets;
+#[cfg(feature = "apriltag")]
 #[path = "../support/shared_data.rs"]
 mod shared_data;
 #[cfg(feature = "webcam")]
