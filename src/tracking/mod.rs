@@ -79,6 +79,7 @@ mod board_pose;
 mod detect_markers;
 mod detection;
 mod detector;
+mod error;
 mod family;
 mod marker_tracker;
 mod marker_views;
@@ -90,6 +91,8 @@ mod pose_fit;
 mod print;
 mod recording;
 mod same_number;
+#[cfg(feature = "apriltag")]
+mod sheet;
 mod track;
 
 pub use align_pattern::MarkerPattern;
@@ -101,6 +104,7 @@ pub use board::{BoardMarker, MarkerBoard};
 pub use detect_markers::detect_markers;
 pub use detection::MarkerDetection;
 pub use detector::{DetectedMarker, LumaView, MarkerDetector};
+pub use error::TrackingError;
 pub use family::{MarkerFamily, MarkerId};
 pub use marker_tracker::MarkerTracker;
 pub use marker_views::MarkerViews;
@@ -124,6 +128,8 @@ pub use pose_filter::{FilterUse, PoseFilter};
 #[cfg(feature = "apriltag")]
 pub use print::marker_sheet_svg;
 pub use recording::FrameRecorder;
+#[cfg(feature = "apriltag")]
+pub use sheet::{MarkerSheet, PaperSize};
 
 use crate::{
     MirrorballSystems,
@@ -131,38 +137,6 @@ use crate::{
 };
 use bevy::prelude::*;
 use std::time::Duration;
-
-/// Errors of tracking. A marker that is not in view is not an error.
-#[derive(thiserror::Error, Debug, PartialEq)]
-pub enum TrackingError {
-    /// The crate was built without a detector and the game has not inserted one.
-    #[error("no marker detector: enable the feature `apriltag` or insert the resource MarkerDetection")]
-    NoDetector,
-    /// The linked AprilTag library is not the version whose memory layout this crate knows.
-    #[error(
-        "the linked AprilTag library is not version 3.4.5: set the environment variable APRILTAG_SYS_METHOD=raw,static \
-         when building, so that the version that comes with the crate apriltag-sys is compiled"
-    )]
-    WrongLibrary,
-    /// The AprilTag library could not allocate memory.
-    #[error("the AprilTag library is out of memory")]
-    OutOfMemory,
-    /// The marker family has no such number.
-    #[error("{} has no marker number {}; numbers go from 0 to {}", .0.family, .0.id, .0.family.marker_count() - 1)]
-    NoSuchMarker(MarkerId),
-    /// No marker family has such a name.
-    #[error("there is no marker family {0:?}; families are {all}", all = MarkerFamily::ALL.map(MarkerFamily::name).join(", "))]
-    NoSuchFamily(String),
-    /// The size of a marker is not a length above 0, or the marker does not fit the page.
-    #[error("a marker cannot be {0} meters wide; give the side of its black square, above 0")]
-    BadSize(f32),
-    /// A marker is twice on a board, counting that of the anchor.
-    #[error("{0} is on the board twice; give each of its markers another number")]
-    DuplicateMarker(MarkerId),
-    /// The place of a marker on its board is not finite.
-    #[error("the place of {0} on its board is not finite; give meters and a rotation of length 1")]
-    BadPlace(MarkerId),
-}
 
 /// A printed AprilTag marker; the entity's frame is the marker's frame.
 ///

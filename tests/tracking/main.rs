@@ -33,6 +33,8 @@ mod rendered_marker;
 mod scripted_desk;
 mod several_cameras;
 #[cfg(feature = "apriltag")]
+mod sheets;
+#[cfg(feature = "apriltag")]
 #[path = "../support/shared_data.rs"]
 mod shared_data;
 #[cfg(feature = "apriltag")]
