@@ -274,7 +274,8 @@ impl<'a> Fit<'a> {
             let lit = shade.value;
             let by_light = DVec4::new(lit, lit * from_middle.x, lit * from_middle.y, 1.0 - lit).as_vec4();
             if shade.by_cell == DVec2::ZERO {
-                system.add_light(by_light, residual as f32, weight as f32);
+                // Without an edge, only the light shows.
+                system.add(&[by_light], residual as f32, weight as f32);
                 continue;
             }
             let g = contrast * shade.by_cell / depth;
@@ -310,27 +311,17 @@ struct System {
 }
 
 impl System {
-    fn add(&mut self, row: &[Vec4; 4], residual: f32, weight: f32) {
-        for a in 0..4 {
-            let weighted = row[a] * weight;
+    /// Adds a pixel with its derivatives by the first unknowns; the others do not show in it.
+    fn add(&mut self, row: &[Vec4], residual: f32, weight: f32) {
+        for (a, by_unknowns) in row.iter().enumerate() {
+            let weighted = *by_unknowns * weight;
             self.right[a] += weighted * residual;
-            for b in 0..=a {
-                self.normal[4 * a][b] += row[b] * weighted.x;
-                self.normal[4 * a + 1][b] += row[b] * weighted.y;
-                self.normal[4 * a + 2][b] += row[b] * weighted.z;
-                self.normal[4 * a + 3][b] += row[b] * weighted.w;
+            for (i, weight) in weighted.to_array().into_iter().enumerate() {
+                for (sum, other) in self.normal[4 * a + i].iter_mut().zip(&row[..=a]) {
+                    *sum += *other * weight;
+                }
             }
         }
-    }
-
-    /// A pixel without an edge.
-    fn add_light(&mut self, by_light: Vec4, residual: f32, weight: f32) {
-        let weighted = by_light * weight;
-        self.right[0] += weighted * residual;
-        self.normal[0][0] += by_light * weighted.x;
-        self.normal[1][0] += by_light * weighted.y;
-        self.normal[2][0] += by_light * weighted.z;
-        self.normal[3][0] += by_light * weighted.w;
     }
 
     fn solve(&self) -> Option<[f64; UNKNOWNS]> {
