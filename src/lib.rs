@@ -54,7 +54,7 @@
 //!   texture.
 //! - *intrinsics*: focal lengths and principal point of a camera in pixels, and the distortion of its lens
 //!   ([`Intrinsics`](camera::Intrinsics)); *calibration* measures them ([`camera::calibration`]).
-//! - *marker*: printed square of the tag36h11 family; its frame of reference is a
+//! - *marker*: printed square of an AprilTag family; its frame of reference is a
 //!   [`MarkerAnchor`](tracking::MarkerAnchor).
 //! - *phantom*: virtual stand-in for a real thing: it hides virtual things and catches their shadows
 //!   ([`PhantomObject`](phantom::PhantomObject)).

@@ -205,30 +205,30 @@ fn complete_scene(app: &mut App, options: &Options) {
 
 fn check_marker_and_ball(app: &mut App, options: &Options) -> Outcome<()> {
     let world = app.world_mut();
-    let anchors: Vec<(u32, bool)> = world
+    let anchors: Vec<(String, bool)> = world
         .query::<(&MarkerAnchor, &MarkerTracking)>()
         .iter(world)
-        .map(|(anchor, tracking)| (anchor.id, tracking.state == MarkerState::Tracked))
+        .map(|(anchor, tracking)| (anchor.marker().to_string(), tracking.state == MarkerState::Tracked))
         .collect();
     let (scene, frame) = (options.scene.display(), options.frame.display());
     if anchors.is_empty() {
         return Err(format!("{scene} has no MarkerAnchor: give a node the extras {{\"MarkerAnchor\": {{\"id\": 0, \"size\": 0.1}}, \"WorldOrigin\": {{}}}}").into());
     }
     if !anchors.iter().any(|(_, is_tracked)| *is_tracked) {
-        let ids: Vec<String> = anchors.iter().map(|(id, _)| id.to_string()).collect();
+        let markers: Vec<_> = anchors.iter().map(|(marker, _)| &**marker).collect();
         let is_mirrored = world.query::<&DetectedMarkers>().iter(world).any(|detected| !detected.mirrored.is_empty());
         if is_mirrored {
             return Err(format!(
-                "no marker: tag36h11 number {} is only in the mirror image of {frame}. The picture is mirrored, as selfies are; \
+                "no marker: {} is only in the mirror image of {frame}. The picture is mirrored, as selfies are; \
                  flip it horizontally, or switch the camera's mirroring off",
-                ids.join(" or ")
+                markers.join(" or ")
             )
             .into());
         }
         return Err(format!(
-            "no marker: tag36h11 number {} was not found in {frame}. It has to be wholly in the picture, at least 40 pixels \
+            "no marker: {} was not found in {frame}. It has to be wholly in the picture, at least 40 pixels \
              wide, sharp, with a white margin, and evenly lit",
-            ids.join(" or ")
+            markers.join(" or ")
         )
         .into());
     }

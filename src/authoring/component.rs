@@ -10,7 +10,7 @@ use crate::{
     phantom::PhantomObject,
     probe::{BallSurface, LightProbeSphere},
     shadows::{DomeCoverage, ShadowDomeLight, ShadowFilter, VisibilitySamples},
-    tracking::{MarkerAnchor, WorldOrigin},
+    tracking::{MarkerAnchor, MarkerFamily, WorldOrigin},
 };
 use bevy::prelude::*;
 use serde_json::Value;
@@ -104,17 +104,25 @@ authored_components! {
     SurfaceStyle,
 }
 
-/// Largest marker id of the family tag36h11.
-const MAX_TAG36H11_ID: u32 = 586;
+/// Names of the marker families.
+const FAMILIES: [&str; MarkerFamily::ALL.len()] = {
+    let mut names = [""; MarkerFamily::ALL.len()];
+    let mut i = 0;
+    while i < names.len() {
+        names[i] = MarkerFamily::ALL[i].name();
+        i += 1;
+    }
+    names
+};
 
 impl FromExtras for MarkerAnchor {
     const EXAMPLE: &'static str = r#"{"id": 0, "size": 0.1}"#;
 
     fn from_fields(fields: &mut Fields) -> Option<Self> {
-        fields.optional("family", Word(&["tag36h11"]));
-        let id = fields.required("id", Whole { min: 0, max: MAX_TAG36H11_ID });
+        let family = choice(fields, "family", &FAMILIES, &MarkerFamily::ALL).unwrap_or_default();
+        let id = fields.required("id", Whole { min: 0, max: family.marker_count() - 1 });
         let size = fields.required("size", Positive::METERS);
-        Some(Self::new(id?, size?))
+        Some(Self::new(id?, size?).with_family(family))
     }
 }
 

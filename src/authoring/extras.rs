@@ -223,9 +223,11 @@ mod tests {
             "MarkerAnchor.id is 587, which is not accepted; write a whole number from 0 to 586"
         );
         assert_eq!(
-            complaint(r#"{"MarkerAnchor": {"id": 0, "size": 0.1, "family": "tag25h9"}}"#),
-            "MarkerAnchor.family is \"tag25h9\", which is not accepted; write \"tag36h11\", or leave it out for the default"
+            complaint(r#"{"MarkerAnchor": {"id": 35, "size": 0.1, "family": "tag25h9"}}"#),
+            "MarkerAnchor.id is 35, which is not accepted; write a whole number from 0 to 34"
         );
+        let message = complaint(r#"{"MarkerAnchor": {"id": 0, "size": 0.1, "family": "aruco"}}"#);
+        assert!(message.starts_with("MarkerAnchor.family is \"aruco\", which is not accepted; write \"tag36h11\""));
         assert_eq!(
             complaint(r#"{"ShadowDomeLight": {"directions": 0}}"#),
             "ShadowDomeLight.directions is 0, which is not accepted; write a whole number from 1 to 1024, or leave it out for \

@@ -15,8 +15,8 @@
 //! | `{"SurfaceStyle": "Toon"}`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and its descendants |
 //! | `{"SurfaceStyle": {"Toon": {"bands": 4, "highlight": true, "outline_width": 2, "outline_color": "#000000"}}}` | the same with details |
 //!
-//! One node may have several components. Omitted fields take the component's default. The tag family is optional, and
-//! only `tag36h11` is accepted. Colors are sRGB. Lengths are in meters, in the node's own frame of reference; the
+//! One node may have several components. Omitted fields take the component's default. The tag family is optional;
+//! [`MarkerFamily`] lists them. Colors are sRGB. Lengths are in meters, in the node's own frame of reference; the
 //! node's scale is not applied.
 //!
 //! # Where they may stand
@@ -43,6 +43,7 @@
 //!
 //! [`GltfExtras`]: bevy::gltf::GltfExtras
 //! [`MarkerAnchor`]: crate::tracking::MarkerAnchor
+//! [`MarkerFamily`]: crate::tracking::MarkerFamily
 //! [`WorldOrigin`]: crate::tracking::WorldOrigin
 //! [`LightProbeSphere`]: crate::probe::LightProbeSphere
 //! [`PhantomObject`]: crate::phantom::PhantomObject

@@ -1,6 +1,7 @@
 //! Recorded clips: a folder of images and a sidecar file.
 
 use super::{CameraError, Intrinsics, bracketing::is_exposure, calibration::IntrinsicsFields};
+use crate::tracking::Recorded;
 use bevy::prelude::*;
 use serde::Deserialize;
 use std::{
@@ -25,7 +26,9 @@ use std::{
 /// files in the folder. A `*` in the pattern matches any text; numbers in file names are sorted by value. `exposures`
 /// lists the exposure of each frame relative to the normal ones, above 0 and at most 1; a list that is shorter than the
 /// clip is repeated. Without it, every exposure is 1. Frames below 1 are not shown, see
-/// [`BracketedFrames`](super::BracketedFrames). Unknown fields are ignored.
+/// [`BracketedFrames`](super::BracketedFrames). `times` lists the time of capture of each frame in seconds, from 0 and
+/// ascending; without it, frames are `1 / fps` apart. `tracking` is written by a
+/// [`FrameRecorder`](crate::tracking::FrameRecorder). Unknown fields are ignored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
     /// Image files in the order in which they are played.
@@ -38,6 +41,10 @@ pub struct Clip {
     pub intrinsics: Option<Intrinsics>,
     /// Exposure of each file relative to the normal frames, which have 1.
     pub exposures: Vec<f32>,
+    /// Time of capture of each file after the first, in seconds. Empty if they are `1 / frame_rate` apart.
+    pub times: Vec<f64>,
+    /// How markers were tracked in a recording.
+    pub(crate) recorded: Option<Recorded>,
 }
 
 /// Name of the sidecar in the folder of a clip.
@@ -52,6 +59,8 @@ struct Sidecar {
     intrinsics: Option<IntrinsicsFields>,
     pattern: Option<String>,
     exposures: Option<Vec<f32>>,
+    times: Option<Vec<f64>>,
+    tracking: Option<Recorded>,
 }
 
 impl Clip {
@@ -106,12 +115,43 @@ impl Clip {
                 "a list of numbers above 0 and at most 1, with 1 for the frames that are shown, at least one of them";
             return Err(wrong("exposures", format!("{listed:?}"), expected));
         }
-        Ok(Self { files, frame_rate: sidecar.fps, size, intrinsics, exposures })
+        let times = sidecar.times.unwrap_or_default();
+        let are_times = times.is_sorted_by(|a, b| a < b) && times.iter().all(|time| (0.0..1e6).contains(time));
+        if !are_times || !(times.is_empty() || times.len() == files.len()) {
+            let expected = "a list of as many ascending times in seconds, from 0, as the clip has frames";
+            return Err(wrong("times", format!("a list of {}", times.len()), expected));
+        }
+        Ok(Self { files, frame_rate: sidecar.fps, size, intrinsics, exposures, times, recorded: sidecar.tracking })
     }
 
     /// File of a step and the time at which it is due. The clip repeats forever.
     pub(super) fn step(&self, step: u64) -> (&Path, Duration) {
-        (&self.files[self.index(step)], Duration::from_secs_f64(step as f64 / f64::from(self.frame_rate)))
+        let seconds = match self.times.get(self.index(step)) {
+            Some(time) => (step / self.files.len() as u64) as f64 * self.period() + time,
+            None => step as f64 / f64::from(self.frame_rate),
+        };
+        (&self.files[self.index(step)], Duration::from_secs_f64(seconds))
+    }
+
+    /// Newest step that is due at a time.
+    pub(super) fn step_at(&self, time: Duration) -> u64 {
+        let seconds = time.as_secs_f64();
+        if self.times.is_empty() {
+            return (seconds * f64::from(self.frame_rate)) as u64;
+        }
+        let repeated = (seconds / self.period()) as u64;
+        let rest = seconds - repeated as f64 * self.period();
+        let due = self.times.partition_point(|time| *time <= rest) as u64;
+        (repeated * self.times.len() as u64 + due).saturating_sub(1)
+    }
+
+    /// Seconds from one repetition of a clip with times to the next: the last frame is shown as long as one is in the
+    /// mean.
+    fn period(&self) -> f64 {
+        match self.times.last() {
+            Some(last) if *last > 0.0 => last * self.times.len() as f64 / (self.times.len() - 1) as f64,
+            _ => 1.0 / f64::from(self.frame_rate),
+        }
     }
 
     /// Exposure of a step.

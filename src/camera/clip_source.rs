@@ -5,6 +5,7 @@ use super::{
     image_file::Decoded,
     source::{Arrival, FrameSource, SourceFrame},
 };
+use crate::tracking::Recorded;
 use bevy::{
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
@@ -71,6 +72,10 @@ impl ClipSource {
 }
 
 impl FrameSource for ClipSource {
+    fn recorded(&self) -> Option<&Recorded> {
+        self.clip.recorded.as_ref()
+    }
+
     fn poll(&mut self, now: Duration) -> Arrival {
         if self.pace == FeedPace::Lockstep {
             return self.next_in_lockstep();
@@ -87,7 +92,7 @@ impl FrameSource for ClipSource {
             }
         }
         let started = *self.started.get_or_insert(now);
-        let newest_step = (now.saturating_sub(started).as_secs_f64() * f64::from(self.clip.frame_rate)) as u64;
+        let newest_step = self.clip.step_at(now.saturating_sub(started));
         if newest_step >= self.next_step {
             let due = self.next_step..=newest_step;
             let shown = due.clone().filter(|step| self.clip.exposure(*step) == 1.0).count() as u64;

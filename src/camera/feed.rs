@@ -118,6 +118,16 @@ impl CameraFeed {
         matches!(self.source, FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Image(_))
     }
 
+    /// Whether the frames are those of a camera or video at present, not of a file or of pixels that the game has.
+    pub(crate) fn is_video(&self) -> bool {
+        match self.source {
+            FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Clip(_) => false,
+            FeedSource::Image(_) => true,
+            #[cfg(feature = "webcam")]
+            FeedSource::Device(_) => true,
+        }
+    }
+
     fn new(source: FeedSource) -> Self {
         Self { source, pace: FeedPace::default(), exposure: 1.0 }
     }

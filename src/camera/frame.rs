@@ -37,10 +37,15 @@ impl FramePixels {
     /// Luma of every pixel for marker detection: sRGB-encoded as the camera delivers it, with the weights of ITU-R
     /// BT.601.
     pub fn luma8(&self) -> Vec<u8> {
-        self.rgba
-            .chunks_exact(4)
-            .map(|p| ((77 * u32::from(p[0]) + 150 * u32::from(p[1]) + 29 * u32::from(p[2]) + 128) >> 8) as u8)
-            .collect()
+        self.luma8_window(UVec2::ZERO, self.size)
+    }
+
+    /// [`luma8`](Self::luma8) of a part of the frame, which has to lie within it.
+    pub(crate) fn luma8_window(&self, start: UVec2, size: UVec2) -> Vec<u8> {
+        let [x, y, width, height, row] = [start.x, start.y, size.x, size.y, self.size.x].map(|n| n as usize);
+        let rows = (y..y + height).map(|y| &self.rgba[4 * (y * row + x)..4 * (y * row + x + width)]);
+        let luma = |p: &[u8]| ((77 * u32::from(p[0]) + 150 * u32::from(p[1]) + 29 * u32::from(p[2]) + 128) >> 8) as u8;
+        rows.flat_map(|row| row.chunks_exact(4).map(luma)).collect()
     }
 }
 

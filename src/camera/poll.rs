@@ -13,6 +13,7 @@ use super::{
     texture_limit::ReportedSizes,
     undistort::UndistortionMaps,
 };
+use crate::tracking::Recorded;
 use bevy::{ecs::observer::On, prelude::*, render::renderer::RenderDevice};
 
 /// Marks apps in which live frames become [`CameraFrame`]s only after marker detection. Inserted by
@@ -32,12 +33,15 @@ pub(super) fn open_feeds(
     readers: Query<(), With<ImageReader>>,
 ) {
     for (camera, feed, mut state, children) in &mut feeds {
-        commands.entity(camera).remove::<(OpenFeed, ImageSlot)>();
+        commands.entity(camera).remove::<(OpenFeed, ImageSlot, Recorded)>();
         for reader in children.into_iter().flatten().filter(|child| readers.contains(**child)) {
             commands.entity(*reader).despawn();
         }
         match open(feed) {
             Ok((source, slot)) => {
+                if let Some(recorded) = source.0.recorded() {
+                    commands.entity(camera).insert(recorded.clone());
+                }
                 commands.entity(camera).insert(source);
                 if let Some(slot) = slot {
                     commands.entity(camera).insert(slot);

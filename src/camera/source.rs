@@ -1,6 +1,7 @@
 //! Interface of frame sources, which feeds poll once per update.
 
 use super::{CameraError, FeedState, FramePixels, Intrinsics};
+use crate::tracking::Recorded;
 use bevy::prelude::*;
 use std::{sync::Arc, time::Duration};
 
@@ -8,6 +9,11 @@ use std::{sync::Arc, time::Duration};
 pub(super) trait FrameSource: Send + Sync {
     /// Returns what has happened since the last call. `now` is the elapsed [`Time<Real>`].
     fn poll(&mut self, now: Duration) -> Arrival;
+
+    /// How markers were tracked when the source was recorded, if it is a recording.
+    fn recorded(&self) -> Option<&Recorded> {
+        None
+    }
 }
 
 /// Result of polling a source.

@@ -131,26 +131,25 @@ fn check_lens(camera: &ArCamera, frame: &CameraFrame) -> Check {
 }
 
 fn check_marker(anchor: &MarkerAnchor, tracking: &MarkerTracking, detected: Option<&DetectedMarkers>) -> Check {
-    let id = anchor.id;
-    let is_mirrored = detected.is_some_and(|detected| detected.mirrored.contains(&id));
+    let marker = anchor.marker();
+    let is_mirrored = detected.is_some_and(|detected| detected.mirrored.contains(&marker));
     let copies = tracking.copies;
     let (level, text) = match tracking.state {
         MarkerState::Lost | MarkerState::Searching if is_mirrored => {
-            let text = format!("number {id} is only in the frame's mirror image; switch the camera's mirroring off");
+            let text = format!("{marker} is only in the frame's mirror image; switch the camera's mirroring off");
             (CheckLevel::Missing, text)
         }
         _ if copies > 1 => {
-            let text = format!("number {id} is on {copies} sheets in the frame, one is followed; cover the others");
+            let text = format!("{marker} is on {copies} sheets in the frame, one is followed; cover the others");
             (CheckLevel::Warning, text)
         }
-        MarkerState::Tracked => {
-            (CheckLevel::Good, format!("number {id}, off by {:.2} px", tracking.reprojection_error))
-        }
+        MarkerState::Tracked => (CheckLevel::Good, format!("{marker}, off by {:.2} px", tracking.reprojection_error)),
+        MarkerState::Held => (CheckLevel::Good, format!("{marker} is out of view for a moment")),
         MarkerState::Lost => {
-            (CheckLevel::Missing, format!("number {id} is lost, its last pose stays; show it whole and sharp"))
+            (CheckLevel::Missing, format!("{marker} is lost, its last pose stays; show it whole and sharp"))
         }
         MarkerState::Searching => {
-            (CheckLevel::Missing, format!("number {id} not seen yet; show it whole, sharp and 40 pixels wide"))
+            (CheckLevel::Missing, format!("{marker} not seen yet; show it whole, sharp and 40 pixels wide"))
         }
     };
     Check::new(level, "marker", text)

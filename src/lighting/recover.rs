@@ -157,8 +157,8 @@ fn papers_in(
     markers
         .iter()
         .filter_map(|marker| {
-            let world_from_marker = world_from_camera * marker.pose_in(camera, sequence)?;
-            Some(Paper { world_from_marker, size: marker.size(), reflectance })
+            let (camera_from_marker, size) = marker.paper_in(camera, sequence)?;
+            Some(Paper { world_from_marker: world_from_camera * camera_from_marker, size, reflectance })
         })
         .collect()
 }

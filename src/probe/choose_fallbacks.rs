@@ -196,8 +196,8 @@ fn fit_sky(
         (dir, frame.pixels.linear(pixel.x as i32, pixel.y as i32))
     });
     let marker = markers.iter().find_map(|marker| {
-        let pose = marker.pose_in(entity, frame.sequence)?;
-        let paper = paper_radiance(&frame.pixels, &intrinsics, &pose, marker.size())?;
+        let (pose, size) = marker.paper_in(entity, frame.sequence)?;
+        let paper = paper_radiance(&frame.pixels, &intrinsics, &pose, size)?;
         let up = world_from_camera.transform_vector3(pose.transform_vector3(Vec3::Y)).normalize();
         Some((up, paper / ClipRecovery::default().paper_reflectance))
     });

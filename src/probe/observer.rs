@@ -50,10 +50,7 @@ impl Observing<'_, '_> {
                     camera_from_world: world_from_camera(place).inverse(),
                     exposure: 1.0,
                 },
-                seen_marker: self
-                    .markers
-                    .iter()
-                    .find_map(|marker| Some((marker.pose_in(camera, frame.sequence)?, marker.size()))),
+                seen_marker: self.markers.iter().find_map(|marker| marker.paper_in(camera, frame.sequence)),
             })
             .collect()
     }
@@ -125,6 +122,9 @@ impl Observer<'_> {
             let view = PaperAndBall { posed: self.posed, ball: &ball, reflectance, normal_camera: up_camera };
             let is_whole = visible >= MIN_VISIBLE_FRACTION_FOR_GAIN;
             measured.gain = if is_whole { view.gain(paper, clip_recovery) } else { last_gain.max(Vec3::ONE) };
+        } else if clip_recovery.is_enabled && self.is_posed {
+            // Something hides the paper, which does not change the light.
+            measured.gain = last_gain.max(Vec3::ONE);
         }
         let gray = |paper: Vec3| Vec3::splat(paper.element_sum() / (3.0 * clip_recovery.paper_reflectance));
         measured.view = Some(ProbeView {

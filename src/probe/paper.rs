@@ -15,7 +15,8 @@ pub(crate) const MARGIN_CELLS: f32 = 4.5;
 /// square.
 ///
 /// `size` is the side of the black square in meters. The square is eight cells wide; every tag36h11 marker has a
-/// margin of one cell around it. Returns `None` if most of the margin is outside the frame.
+/// margin of one cell around it (for other families see `SeenMarker::paper_in`). Returns `None` if most of the margin
+/// is outside the frame.
 pub(super) fn paper_radiance(
     frame: &FramePixels,
     intrinsics: &Intrinsics,

@@ -1,11 +1,12 @@
 //! Detector of a game, and the systems that run it.
 
 use super::{
-    DetectedMarkers, MarkerAnchor, MarkerDetector, TrackingError,
-    detect_markers::{detect_markers, detect_mirrored},
+    BoardMarker, DetectedMarkers, MarkerAnchor, MarkerBoard, MarkerDetector, MarkerFamily, MarkerId, MarkerTracker,
+    TrackingError, detect_markers::detect_mirrored,
 };
 use crate::camera::{ArCamera, ArrivingFrame, CameraFrame, UndistortionMaps};
 use bevy::{
+    ecs::entity::EntityHashMap,
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
 };
@@ -37,14 +38,23 @@ impl MarkerDetection {
         Err(TrackingError::NoDetector)
     }
 
-    /// Runs [`detect_markers`](fn@detect_markers) and measures its time; now and then looks for markers in the mirror
+    /// Runs a tracker on the next frame of its camera and measures the time; now and then looks for markers in the mirror
     /// image if none of the wanted ones is there. Waits while a frame of another camera is searched.
-    fn detect(&self, frame: &CameraFrame, wanted: &[u32], last_mirrored: &[u32]) -> DetectedMarkers {
+    fn detect(
+        &self,
+        frame: &CameraFrame,
+        wanted: &[MarkerId],
+        last_mirrored: &[MarkerId],
+        tracker: &mut MarkerTracker,
+    ) -> DetectedMarkers {
         // A detector that panicked once may work on the next frame.
         let mut detector = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let started = Instant::now();
-        let markers = detect_markers(&mut *detector, &frame.pixels, wanted);
-        let is_seen = markers.iter().any(|marker| wanted.contains(&marker.id));
+        if let Err(error) = detector.set_families(&families_of(wanted)) {
+            error_once!("MarkerDetection: {error}");
+        }
+        let markers = tracker.detect(&mut *detector, &frame.pixels, wanted);
+        let is_seen = markers.iter().any(|marker| wanted.contains(&marker.marker()));
         let mirrored = match () {
             () if wanted.is_empty() || is_seen => Vec::new(),
             () if frame.sequence.saturating_sub(1).is_multiple_of(MIRROR_INTERVAL) => {
@@ -53,9 +63,11 @@ impl MarkerDetection {
             () => last_mirrored.to_vec(),
         };
         if !mirrored.is_empty() {
+            let markers: Vec<_> = mirrored.iter().map(MarkerId::to_string).collect();
             warn_once!(
-                "the frames of the camera are mirrored: the markers {mirrored:?} are only in their mirror image. Switch \
-                 mirroring off where the frames come from, or flip them before they become frames"
+                "the frames of the camera are mirrored: {} can be read in their mirror image only. Switch mirroring off \
+                 where the frames come from, or flip them before they become frames",
+                markers.join(", ")
             );
         }
         DetectedMarkers { sequence: frame.sequence, markers, cpu_time: started.elapsed(), mirrored }
@@ -65,14 +77,31 @@ impl MarkerDetection {
 /// Number of frames from one search of the mirror image to the next.
 const MIRROR_INTERVAL: u64 = 30;
 
-/// Numbers of the valid anchors of the game.
-fn wanted_ids<'a>(anchors: impl Iterator<Item = &'a MarkerAnchor>) -> Vec<u32> {
-    anchors.filter(|anchor| anchor.check().is_ok()).map(|anchor| anchor.id).collect()
+type WantedAnchor = (Ref<'static, MarkerAnchor>, Option<Ref<'static, MarkerBoard>>);
+
+/// Markers of the valid anchors of the game and of their boards.
+fn wanted_markers(anchors: &Query<WantedAnchor>) -> Vec<MarkerId> {
+    let mut wanted = Vec::new();
+    for (anchor, board) in anchors.iter().filter(|(anchor, _)| anchor.check().is_ok()) {
+        wanted.push(anchor.marker());
+        if let Some(board) = board.filter(|board| board.check(&anchor).is_ok()) {
+            wanted.extend(board.markers.iter().map(BoardMarker::marker));
+        }
+    }
+    wanted
+}
+
+/// Families to search for: those of the wanted markers, and tag36h11 if none are wanted.
+fn families_of(wanted: &[MarkerId]) -> Vec<MarkerFamily> {
+    let mut families: Vec<_> = wanted.iter().map(|marker| marker.family).collect();
+    families.sort_unstable();
+    families.dedup();
+    if families.is_empty() { vec![MarkerFamily::default()] } else { families }
 }
 
 /// A frame that is being searched for markers in the background.
 #[derive(Component)]
-pub(super) struct RunningDetection(Task<(CameraFrame, DetectedMarkers)>);
+pub(super) struct RunningDetection(Task<(CameraFrame, DetectedMarkers, MarkerTracker)>);
 
 type ArrivedCamera = (
     Entity,
@@ -80,6 +109,7 @@ type ArrivedCamera = (
     Option<&'static ArCamera>,
     Has<RunningDetection>,
     Option<&'static DetectedMarkers>,
+    Option<&'static MarkerTracker>,
 );
 
 /// Publishes live frames, undistorted, together with their markers. Searches one frame of a camera at a time.
@@ -88,20 +118,23 @@ pub(super) fn detect_in_background(
     detection: Option<Res<MarkerDetection>>,
     mut running: Query<(Entity, &mut RunningDetection)>,
     arrived: Query<ArrivedCamera>,
-    anchors: Query<&MarkerAnchor>,
+    anchors: Query<WantedAnchor>,
     maps: Res<UndistortionMaps>,
 ) {
-    let mut finished = Vec::new();
+    // Commands take effect after this system, so the newest tracker is not on its camera yet.
+    let mut finished = EntityHashMap::default();
     for (camera, mut running) in &mut running {
         if let Some(found) = check_ready(&mut running.0) {
+            finished.insert(camera, found.2.clone());
             commands.entity(camera).remove::<RunningDetection>().insert(found);
-            finished.push(camera);
         }
     }
-    for (camera, arriving, ar_camera, is_running, last) in &arrived {
-        if is_running && !finished.contains(&camera) {
+    for (camera, arriving, ar_camera, is_running, last, tracker) in &arrived {
+        let finished = finished.remove(&camera);
+        if is_running && finished.is_none() {
             continue;
         }
+        let mut tracker = finished.or_else(|| tracker.cloned()).unwrap_or_default();
         let mut frame = arriving.0.clone();
         let lens = ar_camera.and_then(|camera| camera.distorting_lens(frame.intrinsics, frame.pixels.size));
         let mut camera = commands.entity(camera);
@@ -111,19 +144,19 @@ pub(super) fn detect_in_background(
             camera.insert(frame);
             continue;
         };
-        let wanted = wanted_ids(anchors.iter());
+        let wanted = wanted_markers(&anchors);
         let mirrored = last.map_or_else(Vec::new, |last| last.mirrored.clone());
         let maps = maps.clone();
         let search = async move {
             maps.undistort(&mut frame.pixels, lens.as_ref());
-            let detected = detection.detect(&frame, &wanted, &mirrored);
-            (frame, detected)
+            let detected = detection.detect(&frame, &wanted, &mirrored, &mut tracker);
+            (frame, detected, tracker)
         };
         camera.insert(RunningDetection(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(search)));
     }
 }
 
-type FramedCamera = (Entity, &'static CameraFrame, Option<&'static DetectedMarkers>);
+type FramedCamera = (Entity, &'static CameraFrame, Option<&'static DetectedMarkers>, Option<&'static MarkerTracker>);
 
 /// Searches frames that were published without markers: those of feeds in lockstep, and those that the game inserts
 /// itself.
@@ -131,18 +164,19 @@ pub(super) fn detect_at_once(
     mut commands: Commands,
     detection: Option<Res<MarkerDetection>>,
     cameras: Query<FramedCamera, With<ArCamera>>,
-    anchors: Query<Ref<MarkerAnchor>>,
+    anchors: Query<WantedAnchor>,
 ) {
-    let anchors_changed = anchors.iter().any(|anchor| anchor.is_changed());
-    let wanted = wanted_ids(anchors.iter().map(Ref::into_inner));
+    let anchors_changed =
+        anchors.iter().any(|(anchor, board)| anchor.is_changed() || board.is_some_and(|board| board.is_changed()));
+    let wanted = wanted_markers(&anchors);
     let is_due = |frame: &CameraFrame, last: Option<&DetectedMarkers>| {
         let Some(last) = last.filter(|last| last.sequence == frame.sequence) else {
             return true;
         };
         // An anchor that was added after the frame may need the search at full resolution.
-        anchors_changed && wanted.iter().any(|id| last.markers.iter().all(|marker| marker.id != *id))
+        anchors_changed && wanted.iter().any(|wanted| last.markers.iter().all(|marker| marker.marker() != *wanted))
     };
-    for (camera, frame, last) in &cameras {
+    for (camera, frame, last, tracker) in &cameras {
         if !is_due(frame, last) {
             continue;
         }
@@ -153,6 +187,10 @@ pub(super) fn detect_at_once(
             return;
         };
         let mirrored = last.map_or(&[][..], |last| &last.mirrored);
-        commands.entity(camera).insert(detection.detect(frame, &wanted, mirrored));
+        // A frame that was searched before is none that follows.
+        let is_next = last.is_none_or(|last| last.sequence != frame.sequence);
+        let mut tracker = tracker.filter(|_| is_next).cloned().unwrap_or_default();
+        let detected = detection.detect(frame, &wanted, mirrored, &mut tracker);
+        commands.entity(camera).insert((detected, tracker));
     }
 }

@@ -1,6 +1,6 @@
 //! Poses of a marker in the frames of several cameras.
 
-use super::{MarkerAnchor, MarkerTracking};
+use super::{BoardMarker, MarkerAnchor, MarkerBoard, MarkerFamily, MarkerTracking};
 use bevy::{ecs::query::QueryData, math::Affine3A, prelude::*};
 
 /// State and pose of a marker in the frames of each [`ArCamera`](crate::camera::ArCamera); on the entity of its
@@ -45,18 +45,38 @@ impl MarkerViews {
     }
 }
 
+/// Cosine of the largest angle between the normals of papers that are lit alike.
+const MIN_PARALLEL_COSINE: f32 = 0.99;
+
 /// A marker with its poses in the frames of all cameras.
 #[derive(QueryData)]
 pub(crate) struct SeenMarker {
     anchor: Ref<'static, MarkerAnchor>,
+    board: Option<&'static MarkerBoard>,
     tracking: Ref<'static, MarkerTracking>,
     views: Option<Ref<'static, MarkerViews>>,
 }
 
 impl SeenMarkerItem<'_, '_> {
-    /// Side of the black square, in meters.
-    pub(crate) fn size(&self) -> f32 {
-        self.anchor.size
+    /// White paper in a frame of a camera: the pose of a marker, as in [`pose_in`](Self::pose_in), and the side in
+    /// meters of the tag36h11 marker whose white margin lies on its ring of white cells. It is the marker of the
+    /// anchor, or if something lies on that, one of its board with the same normal.
+    pub(crate) fn paper_in(&self, camera: Entity, sequence: u64) -> Option<(Affine3A, f32)> {
+        let pose = self.pose_in(camera, sequence)?;
+        let paper_size = |family: MarkerFamily, size| size * family.white_ring() / MarkerFamily::Tag36h11.white_ring();
+        let own = (pose, paper_size(self.anchor.family, self.anchor.size));
+        let Some(board) = self.board else {
+            return Some(own);
+        };
+        let seen = &self.view_of(camera)?.markers;
+        if seen.contains(&self.anchor.marker()) {
+            return Some(own);
+        }
+        let is_visible = |marker: &&BoardMarker| {
+            seen.contains(&marker.marker()) && (marker.place.rotation * Vec3::Y).dot(Vec3::Y) > MIN_PARALLEL_COSINE
+        };
+        let other = board.markers.iter().find(is_visible)?;
+        Some((pose * Affine3A::from(other.place), paper_size(other.family, other.size)))
     }
 
     /// Pose in a frame of a camera: marker → camera. `None` if the marker was not detected in that frame.

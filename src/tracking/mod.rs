@@ -14,6 +14,16 @@
 //! the bottom edge of the marker, upright *as the AprilTag project prints it* (OpenCV's dictionary prints it rotated
 //! by 180°). A marker that lies on the desk has +Y up like the world. `camera_from_marker` is in Bevy's camera axes.
 //!
+//! # Families
+//! All nine [families](MarkerFamily) of the AprilTag library, tag36h11 unless an anchor says otherwise. Those of the
+//! anchors are searched for, no others. Which marker is which is always a matter of family and number.
+//!
+//! # Boards
+//! A [`MarkerBoard`] beside a [`MarkerAnchor`] has further markers: on the same sheet, in a grid, on the sides of a
+//! box. One fit over the corners of all that are in the frame gives the anchor's pose, so that any of them may be
+//! hidden. It is also more exact, and not [ambiguous](PoseCandidates::is_ambiguous) where they are not all in one
+//! plane.
+//!
 //! # What moves
 //! With [`WorldOrigin`] on one anchor, that anchor stays where the game put it and the camera moves. Without it the
 //! camera stays and the anchors move. Distances are meters in the world, whatever the scale of the parents of cameras
@@ -26,7 +36,11 @@
 //!
 //! # Lost markers
 //! A lost marker is a state, not an error: [`MarkerTracking::state`] changes, everything keeps its last pose, and
-//! tracking resumes when the marker is detected again.
+//! tracking resumes when the marker is detected again. It is held for a moment before it counts as lost.
+//!
+//! # Stillness
+//! The [`PoseFilter`] beside each anchor smooths the poses of live feeds: strongly at rest, hardly in motion. It runs on
+//! the times of capture.
 //!
 //! # Several sheets with one number
 //! Each anchor stays with the sheet that it followed, by its place in the frame, also while that sheet is out of sight
@@ -39,38 +53,61 @@
 //! With the AprilTag library about 8 ms of CPU for a 640 × 480 frame and 30 ms for 1280 × 720; four times that if a
 //! wanted marker is not detected at half resolution.
 
+mod align_pattern;
 #[cfg(feature = "apriltag")]
 mod apriltag;
+#[cfg(feature = "apriltag")]
+mod apriltag_family;
+mod board;
+mod board_pose;
 mod detect_markers;
 mod detection;
 mod detector;
+mod family;
+mod marker_tracker;
 mod marker_views;
 mod placement;
 mod pose;
+mod pose_filter;
+mod pose_fit;
 #[cfg(feature = "apriltag")]
 mod print;
+mod recording;
 mod same_number;
 mod track;
 
+pub use align_pattern::MarkerPattern;
 #[cfg(feature = "apriltag")]
 pub use apriltag::AprilTagDetector;
+#[cfg(feature = "apriltag")]
+pub use apriltag_family::marker_cells;
+pub use board::{BoardMarker, MarkerBoard};
 pub use detect_markers::detect_markers;
 pub use detection::MarkerDetection;
 pub use detector::{DetectedMarker, LumaView, MarkerDetector};
+pub use family::{MarkerFamily, MarkerId};
+pub use marker_tracker::MarkerTracker;
 pub use marker_views::MarkerViews;
 
 pub(crate) use marker_views::SeenMarker;
+pub(crate) use recording::Recorded;
 
 /// Old name of [`detect_markers`](fn@detect_markers).
 #[deprecated(since = "0.1.0", note = "use `detect_markers`")]
 #[doc(hidden)]
-pub fn find_markers(detector: &mut dyn MarkerDetector, frame: &FramePixels, wanted: &[u32]) -> Vec<DetectedMarker> {
+pub fn find_markers(
+    detector: &mut dyn MarkerDetector,
+    frame: &FramePixels,
+    wanted: &[MarkerId],
+) -> Vec<DetectedMarker> {
     detect_markers(detector, frame, wanted)
 }
 
 pub use pose::{MarkerPose, PoseCandidates};
+pub use pose_filter::{FilterUse, PoseFilter};
 #[cfg(feature = "apriltag")]
 pub use print::marker_sheet_svg;
+pub use recording::FrameRecorder;
 
 use crate::{
     MirrorballSystems,
@@ -95,42 +132,77 @@ pub enum TrackingError {
     #[error("the AprilTag library is out of memory")]
     OutOfMemory,
     /// The marker family has no such number.
-    #[error("tag36h11 has no marker number {0}; numbers go from 0 to 586")]
-    NoSuchMarker(u32),
+    #[error("{} has no marker number {}; numbers go from 0 to {}", .0.family, .0.id, .0.family.marker_count() - 1)]
+    NoSuchMarker(MarkerId),
+    /// No marker family has such a name.
+    #[error("there is no marker family {0:?}; families are {all}", all = MarkerFamily::ALL.map(MarkerFamily::name).join(", "))]
+    NoSuchFamily(String),
     /// The size of a marker is not a length above 0, or the marker does not fit the page.
     #[error("a marker cannot be {0} meters wide; give the side of its black square, above 0")]
     BadSize(f32),
+    /// A marker is twice on a board, counting that of the anchor.
+    #[error("{0} is on the board twice; give each of its markers another number")]
+    DuplicateMarker(MarkerId),
+    /// The place of a marker on its board is not finite.
+    #[error("the place of {0} on its board is not finite; give meters and a rotation of length 1")]
+    BadPlace(MarkerId),
 }
 
-/// A printed square marker of the family tag36h11; the entity's frame is the marker's frame.
+/// A printed AprilTag marker; the entity's frame is the marker's frame.
 ///
 /// ```
 /// # use bevy::prelude::*;
-/// # use bevy_mirrorball::prelude::*;
+/// # use bevy_mirrorball::{prelude::*, tracking::MarkerFamily};
 /// # fn setup(mut commands: Commands) {
 /// // Marker 0, black square 10 cm wide, is the origin of the world; the camera moves around it.
 /// commands.spawn((MarkerAnchor::new(0, 0.10), WorldOrigin));
 /// // Marker 7 is glued to a box that is pushed about.
 /// commands.spawn(MarkerAnchor::new(7, 0.04));
+/// // Another family.
+/// commands.spawn(MarkerAnchor::new(7, 0.04).with_family(MarkerFamily::Tag25h9));
 /// # }
 /// ```
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility, MarkerTracking, MarkerViews, same_number::FollowedSheets)]
+#[require(
+    Transform,
+    Visibility,
+    MarkerTracking,
+    MarkerViews,
+    same_number::FollowedSheets,
+    PoseFilter,
+    pose_filter::PoseHistories
+)]
 pub struct MarkerAnchor {
+    /// Family of the marker. Only families of anchors are searched for. Defaults to tag36h11.
+    pub family: MarkerFamily,
     /// Number of the marker in its family (tag36h11: 0…586).
     pub id: u32,
-    /// Side of the printed black square in meters. Finite and above 0.
+    /// Side of the printed square in meters, finite and above 0. The square is the black one between white margin and
+    /// data; in families [with the border inside](MarkerFamily::has_border_inside) the white one within the black
+    /// ring.
     pub size: f32,
 }
 
 impl MarkerAnchor {
     /// Number of markers in the family tag36h11.
-    pub const FAMILY_SIZE: u32 = 587;
+    #[deprecated(since = "0.1.0", note = "use `MarkerFamily::marker_count`")]
+    #[doc(hidden)]
+    pub const FAMILY_SIZE: u32 = MarkerFamily::Tag36h11.marker_count();
 
     /// A marker of the family tag36h11 whose black square is `size` meters wide.
     pub fn new(id: u32, size: f32) -> Self {
-        Self { id, size }
+        Self { family: MarkerFamily::Tag36h11, id, size }
+    }
+
+    /// The same number and size of another family.
+    pub fn with_family(self, family: MarkerFamily) -> Self {
+        Self { family, ..self }
+    }
+
+    /// What is printed on the marker.
+    pub fn marker(&self) -> MarkerId {
+        MarkerId::new(self.family, self.id)
     }
 
     /// Returns an error if no such marker can exist.
@@ -138,9 +210,7 @@ impl MarkerAnchor {
     /// # Errors
     /// [`TrackingError::NoSuchMarker`] or [`TrackingError::BadSize`].
     pub fn check(&self) -> Result<(), TrackingError> {
-        if self.id >= Self::FAMILY_SIZE {
-            return Err(TrackingError::NoSuchMarker(self.id));
-        }
+        self.marker().check()?;
         if !(self.size.is_finite() && self.size > 0.0) {
             return Err(TrackingError::BadSize(self.size));
         }
@@ -164,7 +234,10 @@ pub enum MarkerState {
     Searching,
     /// Detected in the newest frame.
     Tracked,
-    /// Detected before, but not in the newest frame; the last pose is kept.
+    /// Detected a moment ago, but not in the newest frame: something is in the way or the frame is blurred. The last
+    /// pose is kept. See [`PoseFilter::lost_after`].
+    Held,
+    /// Not detected for longer; the last pose is kept.
     Lost,
 }
 
@@ -175,20 +248,35 @@ pub enum MarkerState {
 pub struct MarkerTracking {
     /// Visibility of the marker.
     pub state: MarkerState,
-    /// The last pose: marker frame → camera frame (Bevy axes), in meters. `None` until the marker is first detected.
+    /// The last pose: marker frame → camera frame (Bevy axes), in meters, smoothed as the [`PoseFilter`] says. `None`
+    /// until the marker is first detected.
     pub camera_from_marker: Option<Isometry3d>,
-    /// Both poses that explain the newest frame. `None` if the marker was not detected in it.
+    /// Both poses that explain the newest frame, as they are measured. `None` if the marker was not detected in it.
     pub candidates: Option<PoseCandidates>,
     /// Reprojection error of the last pose, in pixels.
     pub reprojection_error: f32,
     /// Sequence number of the frame in which the marker was last detected.
     pub last_seen: Option<u64>,
-    /// Number of markers in the newest frame that bear the anchor's number. If there are several, the pose is that of
-    /// the one that was followed before, and of the largest at first.
+    /// Time of capture of that frame.
+    pub last_seen_at: Option<Duration>,
+    /// What [`is_steady`](Self::is_steady) returns.
+    pub steady: bool,
+    /// Number of markers in the newest frame that bear the anchor's family and number. If there are several, the pose
+    /// is that of the one that was followed before, and of the largest at first.
     pub copies: u32,
+    /// Markers that the last pose rests on: that of the anchor, and those of its [`MarkerBoard`] that agree.
+    pub markers: Vec<MarkerId>,
     /// Camera whose frames show the marker so. `None` before the first frame, and for a game that tracks by itself:
     /// then it counts for every camera.
     pub camera: Option<Entity>,
+}
+
+impl MarkerTracking {
+    /// Whether marker and camera have not moved against each other for 0.3 s: by less than about 1° and 2 % of the
+    /// distance per second. A good moment to measure what takes several frames.
+    pub fn is_steady(&self) -> bool {
+        self.steady
+    }
 }
 
 /// All markers in the newest frame of a camera; on the entity of the camera.
@@ -201,10 +289,10 @@ pub struct DetectedMarkers {
     pub markers: Vec<DetectedMarker>,
     /// CPU time of the detection.
     pub cpu_time: Duration,
-    /// Numbers of anchors that are not in the frame, but in its mirror image: the frames are mirrored, as previews of
+    /// Markers of anchors that are not in the frame, but in its mirror image: the frames are mirrored, as previews of
     /// front cameras are, and have to be turned around before they become frames. Looked for in every thirtieth frame
     /// without a wanted marker.
-    pub mirrored: Vec<u32>,
+    pub mirrored: Vec<MarkerId>,
 }
 
 /// Detects markers and moves the camera or the anchors.
@@ -214,12 +302,15 @@ impl Plugin for TrackingPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
         app.register_type::<MarkerAnchor>()
+            .register_type::<MarkerBoard>()
             .register_type::<WorldOrigin>()
             .register_type::<MarkerTracking>()
             .register_type::<MarkerViews>()
+            .register_type::<PoseFilter>()
             .register_type::<DetectedMarkers>()
             .init_resource::<FramesAwaitTracking>()
             .init_resource::<UndistortionMaps>()
+            .add_observer(recording::forget_past)
             .add_systems(
                 PreUpdate,
                 (
@@ -228,6 +319,7 @@ impl Plugin for TrackingPlugin {
                     detection::detect_at_once,
                     track::estimate_poses,
                     track::apply_poses,
+                    recording::record_frames,
                 )
                     .chain()
                     .in_set(MirrorballSystems::Track),

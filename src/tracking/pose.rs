@@ -6,9 +6,10 @@
 //! plane-based pose estimation*). Everything is computed in double precision in the axes of computer vision (x right,
 //! y down, z forward) and converted to Bevy's.
 
+use super::pose_fit::{CvPose, Lens, PointPair, error, refine};
 use crate::camera::Intrinsics;
 use bevy::{
-    math::{DMat3, DQuat, DVec2, DVec3},
+    math::{DMat3, DVec2, DVec3},
     prelude::*,
 };
 
@@ -61,168 +62,60 @@ impl PoseCandidates {
     /// [`DetectedMarker::corners`](super::DetectedMarker::corners). Returns `None` if the corners are not a convex
     /// quadrilateral.
     pub fn from_corners(corners: &[DVec2; 4], intrinsics: &Intrinsics, size: f64) -> Option<Self> {
-        let square = Square::new(corners, intrinsics, size);
-        let first = square.refine(square.first_guess()?)?;
-        let second = square.refine(first.mirrored()).unwrap_or(first);
-        let angle = first.rotation.y_axis.angle_between(second.rotation.y_axis);
-        let (first, second) = (square.to_marker_pose(&first), square.to_marker_pose(&second));
-        if angle < MIN_NORMAL_DIFFERENCE {
-            return Some(Self { best: first, alternative: first });
+        let pairs = square_points(size).into_iter().zip(*corners).map(|(point, pixel)| PointPair::new(point, pixel));
+        let (pairs, lens): (Vec<_>, _) = (pairs.collect(), Lens::from(intrinsics));
+        let first = refine(&pairs, &lens, first_guess(corners, &lens, size)?)?;
+        let second = refine(&pairs, &lens, first.mirrored()).unwrap_or(first);
+        let to_marker_pose = |pose: &CvPose| MarkerPose {
+            camera_from_marker: pose.to_isometry(),
+            reprojection_error: error(&pairs, &lens, pose) as f32,
+        };
+        Some(Self::sorted(to_marker_pose(&first), to_marker_pose(&second)))
+    }
+
+    /// Two poses, the better one first; one if they are the same.
+    pub(super) fn sorted(first: MarkerPose, second: MarkerPose) -> Self {
+        let normal = |pose: &MarkerPose| pose.camera_from_marker.rotation.as_dquat() * DVec3::Y;
+        if normal(&first).angle_between(normal(&second)) < MIN_NORMAL_DIFFERENCE {
+            return Self { best: first, alternative: first };
         }
         let is_first_better = first.reprojection_error <= second.reprojection_error;
         let (best, alternative) = if is_first_better { (first, second) } else { (second, first) };
-        Some(Self { best, alternative })
+        Self { best, alternative }
     }
 }
 
-/// A pose in the axes of computer vision.
-#[derive(Clone, Copy)]
-struct CvPose {
-    rotation: DMat3,
-    translation: DVec3,
+/// Corners of a square with sides of `size` meters in its own frame; in the order of
+/// [`DetectedMarker::corners`](super::DetectedMarker::corners).
+pub(super) fn square_points(size: f64) -> [DVec3; 4] {
+    let h = 0.5 * size;
+    [DVec3::new(-h, 0.0, -h), DVec3::new(h, 0.0, -h), DVec3::new(h, 0.0, h), DVec3::new(-h, 0.0, h)]
 }
 
-impl CvPose {
-    /// The second pose, which looks nearly the same: in-plane axes mirrored along the line of sight.
-    fn mirrored(&self) -> Self {
-        let sight = self.translation.normalize();
-        let mirror = |axis: DVec3| axis - 2.0 * axis.dot(sight) * sight;
-        let (x, z) = (mirror(self.rotation.x_axis), mirror(self.rotation.z_axis));
-        Self { rotation: DMat3::from_cols(x, z.cross(x), z), translation: self.translation }
-    }
+/// The homography that maps the unit square (top-left, top-right, bottom-right, bottom-left) to four corners, in closed
+/// form (Heckbert 1989).
+pub(super) fn unit_square_to(corners: &[DVec2; 4]) -> Option<DMat3> {
+    let [p0, p1, p2, p3] = *corners;
+    let (d1, d2, s) = (p1 - p2, p3 - p2, p0 - p1 + p2 - p3);
+    let determinant = d1.perp_dot(d2);
+    let (g, h) = (s.perp_dot(d2) / determinant, d1.perp_dot(s) / determinant);
+    let matrix = DMat3::from_cols((p1 - p0 + g * p1).extend(g), (p3 - p0 + h * p3).extend(h), p0.extend(1.0));
+    matrix.is_finite().then_some(matrix)
 }
 
-struct Square<'a> {
-    corners: &'a [DVec2; 4],
-    points: [DVec3; 4],
-    focal: DVec2,
-    center: DVec2,
-    size: f64,
-}
-
-impl<'a> Square<'a> {
-    fn new(corners: &'a [DVec2; 4], intrinsics: &Intrinsics, size: f64) -> Self {
-        let h = 0.5 * size;
-        let points = [DVec3::new(-h, 0.0, -h), DVec3::new(h, 0.0, -h), DVec3::new(h, 0.0, h), DVec3::new(-h, 0.0, h)];
-        Self { corners, points, focal: intrinsics.focal.as_dvec2(), center: intrinsics.center.as_dvec2(), size }
-    }
-
-    /// Pose from the homography of the unit square to the corners (closed form, Heckbert 1989).
-    fn first_guess(&self) -> Option<CvPose> {
-        let [p0, p1, p2, p3] = self.corners.map(|corner| (corner - self.center) / self.focal);
-        let (d1, d2, s) = (p1 - p2, p3 - p2, p0 - p1 + p2 - p3);
-        let determinant = d1.perp_dot(d2);
-        let (g, h) = (s.perp_dot(d2) / determinant, d1.perp_dot(s) / determinant);
-        let along_x = (p1 - p0 + g * p1).extend(g);
-        let along_z = (p3 - p0 + h * p3).extend(h);
-        let middle = p0.extend(1.0) + 0.5 * (along_x + along_z);
-        let scale = 2.0 * self.size / (along_x.length() + along_z.length());
-        // Make the directions of both sides perpendicular, without preferring one.
-        let (x, z) = (along_x.normalize(), along_z.normalize());
-        let (sum, difference) = ((x + z).normalize(), (x - z).normalize());
-        let (x, z) = ((sum + difference).normalize(), (sum - difference).normalize());
-        let pose = CvPose { rotation: DMat3::from_cols(x, z.cross(x), z), translation: middle * scale };
-        let is_usable = pose.translation.is_finite() && pose.rotation.is_finite() && pose.translation.z > 0.0;
-        is_usable.then_some(pose)
-    }
-
-    /// Sum of squared residuals in pixels, and the normal matrix and gradient for a small rotation (about the camera's
-    /// axes) and translation.
-    fn linearize(&self, pose: &CvPose) -> Option<(f64, [[f64; 6]; 6], [f64; 6])> {
-        let (mut cost, mut normal, mut gradient) = (0.0, [[0.0; 6]; 6], [0.0; 6]);
-        for (point, corner) in self.points.iter().zip(self.corners) {
-            let turned = pose.rotation * *point;
-            let p = turned + pose.translation;
-            if p.z <= 0.0 {
-                return None;
-            }
-            let residual = self.center + self.focal * p.truncate() / p.z - *corner;
-            cost += residual.length_squared();
-            let by_point = [
-                DVec3::new(self.focal.x / p.z, 0.0, -self.focal.x * p.x / (p.z * p.z)),
-                DVec3::new(0.0, self.focal.y / p.z, -self.focal.y * p.y / (p.z * p.z)),
-            ];
-            for (row, r) in by_point.into_iter().zip([residual.x, residual.y]) {
-                let by_rotation = turned.cross(row);
-                let j = [by_rotation.x, by_rotation.y, by_rotation.z, row.x, row.y, row.z];
-                for a in 0..6 {
-                    gradient[a] += j[a] * r;
-                    for b in 0..6 {
-                        normal[a][b] += j[a] * j[b];
-                    }
-                }
-            }
-        }
-        Some((cost, normal, gradient))
-    }
-
-    fn refine(&self, start: CvPose) -> Option<CvPose> {
-        const MAX_STEPS: u32 = 30;
-        const MIN_COST_DECREASE: f64 = 1e-12;
-        let mut pose = start;
-        let mut damping = 1e-3;
-        let (mut cost, mut normal, mut gradient) = self.linearize(&pose)?;
-        for _ in 0..MAX_STEPS {
-            let mut damped = normal;
-            for (i, row) in damped.iter_mut().enumerate() {
-                row[i] *= 1.0 + damping;
-            }
-            let Some(step) = solve(damped, gradient.map(|g| -g)) else {
-                break;
-            };
-            let turn = DQuat::from_scaled_axis(DVec3::new(step[0], step[1], step[2]));
-            let next = CvPose {
-                rotation: DMat3::from_quat((turn * DQuat::from_mat3(&pose.rotation)).normalize()),
-                translation: pose.translation + DVec3::new(step[3], step[4], step[5]),
-            };
-            match self.linearize(&next) {
-                Some((next_cost, next_normal, next_gradient)) if next_cost < cost => {
-                    let gain = cost - next_cost;
-                    (pose, cost, normal, gradient) = (next, next_cost, next_normal, next_gradient);
-                    damping = (damping * 0.2).max(1e-12);
-                    if gain < MIN_COST_DECREASE {
-                        break;
-                    }
-                }
-                _ => damping *= 8.0,
-            }
-        }
-        Some(pose)
-    }
-
-    fn to_marker_pose(&self, pose: &CvPose) -> MarkerPose {
-        let cost = self.linearize(pose).map_or(f64::MAX, |(cost, ..)| cost);
-        // Bevy looks along −Z with +Y up.
-        let flip = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
-        let rotation = DQuat::from_mat3(&(flip * pose.rotation)).as_quat().normalize();
-        let translation = (flip * pose.translation).as_vec3();
-        MarkerPose {
-            camera_from_marker: Isometry3d::new(translation, rotation),
-            reprojection_error: (cost / 4.0).sqrt() as f32,
-        }
-    }
-}
-
-/// Solves a symmetric positive definite 6 × 6 system by Cholesky decomposition.
-fn solve(matrix: [[f64; 6]; 6], right: [f64; 6]) -> Option<[f64; 6]> {
-    let mut lower = [[0.0; 6]; 6];
-    for i in 0..6 {
-        for j in 0..=i {
-            let known: f64 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
-            let rest = matrix[i][j] - known;
-            lower[i][j] = if i == j { (rest > 0.0).then(|| rest.sqrt())? } else { rest / lower[j][j] };
-        }
-    }
-    let mut x = right;
-    for i in 0..6 {
-        let known: f64 = (0..i).map(|k| lower[i][k] * x[k]).sum();
-        x[i] = (x[i] - known) / lower[i][i];
-    }
-    for i in (0..6).rev() {
-        let known: f64 = (i + 1..6).map(|k| lower[k][i] * x[k]).sum();
-        x[i] = (x[i] - known) / lower[i][i];
-    }
-    x.iter().all(|v| v.is_finite()).then_some(x)
+/// Pose from the homography of the unit square to the corners.
+fn first_guess(corners: &[DVec2; 4], lens: &Lens, size: f64) -> Option<CvPose> {
+    let square = unit_square_to(&corners.map(|corner| (corner - lens.center) / lens.focal))?;
+    let (along_x, along_z) = (square.x_axis, square.y_axis);
+    let middle = square.z_axis + 0.5 * (along_x + along_z);
+    let scale = 2.0 * size / (along_x.length() + along_z.length());
+    // Make the directions of both sides perpendicular, without preferring one.
+    let (x, z) = (along_x.normalize(), along_z.normalize());
+    let (sum, difference) = ((x + z).normalize(), (x - z).normalize());
+    let (x, z) = ((sum + difference).normalize(), (sum - difference).normalize());
+    let pose = CvPose { rotation: DMat3::from_cols(x, z.cross(x), z), translation: middle * scale };
+    let is_usable = pose.translation.is_finite() && pose.rotation.is_finite() && pose.translation.z > 0.0;
+    is_usable.then_some(pose)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Printable sheets of markers.
 
-use super::{AprilTagDetector, MarkerAnchor, TrackingError};
+use super::{MarkerAnchor, TrackingError, marker_cells};
 use std::fmt::Write;
 
 /// Width and height of A4 in millimeters.
@@ -12,15 +12,15 @@ const SQUARE_CELLS: f32 = 8.0;
 /// number, and a scale bar to check that the printer did not shrink the page.
 ///
 /// # Errors
-/// [`TrackingError::NoSuchMarker`], or [`TrackingError::BadSize`] if the marker does not fit the page; as
-/// [`AprilTagDetector::new`].
+/// [`TrackingError::NoSuchMarker`], or [`TrackingError::BadSize`] if the marker does not fit the page;
+/// [`TrackingError::OutOfMemory`].
 pub fn marker_sheet_svg(id: u32, size: f32) -> Result<String, TrackingError> {
     MarkerAnchor::new(id, size).check()?;
     let cell = size * 1000.0 / SQUARE_CELLS;
     if 10.0 * cell > PAGE.0 - 10.0 {
         return Err(TrackingError::BadSize(size));
     }
-    let cells = AprilTagDetector::new()?.cells(id).ok_or(TrackingError::NoSuchMarker(id))?;
+    let cells = marker_cells(id).ok_or(TrackingError::OutOfMemory)?;
     let (left, top) = (0.5 * PAGE.0 - 5.0 * cell, 0.5 * PAGE.1 - 5.0 * cell);
     let mut squares = String::new();
     for (row, cells) in cells.iter().enumerate() {

@@ -69,9 +69,9 @@ impl SameNumber {
         if copies > 1 && !self.is_reported {
             self.is_reported = true;
             warn!(
-                "MarkerAnchor of {entity}: {copies} sheets with the number {} are in a frame of camera {camera}; the one \
+                "MarkerAnchor of {entity}: {copies} sheets with {} are in a frame of camera {camera}; the one \
                  that was seen first is followed. Cover the others or print them with other numbers",
-                anchor.id
+                anchor.marker()
             );
         }
     }
@@ -130,10 +130,11 @@ fn perimeter(marker: &DetectedMarker) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tracking::MarkerFamily;
 
     fn sheet(x: f64, size: f64) -> DetectedMarker {
         let corners = [(0.0, 0.0), (size, 0.0), (size, size), (0.0, size)].map(|(u, v)| DVec2::new(x + u, 50.0 + v));
-        DetectedMarker { id: 0, corners, corrected_bits: 0 }
+        DetectedMarker { family: MarkerFamily::Tag36h11, id: 0, corners, corrected_bits: 0 }
     }
 
     /// Left edges of the sheets that are followed through some frames.

@@ -1,64 +1,106 @@
 //! Systems that move the camera and the anchors to the detected markers.
 
 use super::{
-    DetectedMarkers, MarkerAnchor, MarkerState, MarkerTracking, MarkerViews, PoseCandidates, WorldOrigin,
+    DetectedMarkers, MarkerAnchor, MarkerBoard, MarkerId, MarkerState, MarkerTracking, MarkerViews, PoseFilter,
+    Recorded, WorldOrigin,
+    board_pose::AnchorPose,
     placement::Placement,
+    pose_filter::{FilteredPose, PoseHistories, PoseHistory},
     same_number::{FollowedSheets, SameNumber},
 };
-use crate::camera::{ArCamera, CameraFrame, Intrinsics, camera_rank};
-use bevy::{ecs::entity::EntityHashMap, prelude::*};
+use crate::camera::{ArCamera, CameraFeed, CameraFrame, camera_rank};
+use bevy::{
+    ecs::{entity::EntityHashMap, query::QueryData},
+    prelude::*,
+};
+use std::time::Duration;
 
-pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor), Changed<MarkerAnchor>>) {
-    for (entity, anchor) in &anchors {
+type ChangedAnchor = Or<(Changed<MarkerAnchor>, Changed<MarkerBoard>)>;
+
+pub(super) fn check_anchors(anchors: Query<(Entity, &MarkerAnchor, Option<&MarkerBoard>), ChangedAnchor>) {
+    for (entity, anchor, board) in &anchors {
         if let Err(error) = anchor.check() {
             error!("MarkerAnchor of {entity}: {error}");
+        } else if let Some(Err(error)) = board.map(|board| board.check(anchor)) {
+            error!("MarkerBoard of {entity}: {error}; only the marker of the MarkerAnchor is tracked");
         }
     }
 }
 
-type TrackedCamera = (Entity, &'static Camera, &'static ArCamera, &'static CameraFrame, Ref<'static, DetectedMarkers>);
-type TrackedAnchor = (
-    Entity,
-    Ref<'static, MarkerAnchor>,
-    &'static mut MarkerTracking,
-    &'static mut MarkerViews,
-    &'static mut FollowedSheets,
-);
+#[derive(QueryData)]
+pub(super) struct TrackedCamera {
+    entity: Entity,
+    camera: &'static Camera,
+    ar_camera: &'static ArCamera,
+    feed: Option<&'static CameraFeed>,
+    recorded: Option<&'static Recorded>,
+    frame: &'static CameraFrame,
+    detected: Ref<'static, DetectedMarkers>,
+}
+
+impl TrackedCameraItem<'_, '_> {
+    fn has_assumed_intrinsics(&self) -> bool {
+        self.ar_camera.intrinsics.is_none() && self.frame.intrinsics.is_none()
+    }
+
+    /// Filter of a marker for the frames of this camera, and whether it smooths them. A recording is smoothed as it was
+    /// when it was recorded.
+    fn filter(&self, marker: MarkerId, of_anchor: &PoseFilter) -> (PoseFilter, bool) {
+        match self.recorded {
+            Some(recorded) => recorded.filter(marker, of_anchor),
+            None => (*of_anchor, of_anchor.applies_to(self.feed.is_some_and(CameraFeed::is_video))),
+        }
+    }
+}
+
+#[derive(QueryData)]
+#[query_data(mutable)]
+pub(super) struct TrackedAnchor {
+    entity: Entity,
+    anchor: Ref<'static, MarkerAnchor>,
+    board: Option<Ref<'static, MarkerBoard>>,
+    filter: &'static PoseFilter,
+    tracking: &'static mut MarkerTracking,
+    views: &'static mut MarkerViews,
+    sheets: &'static mut FollowedSheets,
+    histories: &'static mut PoseHistories,
+}
 
 /// Estimates the pose of each marker in the newest frame of each camera.
 pub(super) fn estimate_poses(cameras: Query<TrackedCamera>, mut anchors: Query<TrackedAnchor>) {
     let mut sorted: Vec<_> = cameras.iter().collect();
-    sorted.sort_by_key(|(entity, camera, ..)| camera_rank(*entity, camera));
-    let is_assumed =
-        |ar_camera: &ArCamera, frame: &CameraFrame| ar_camera.intrinsics.is_none() && frame.intrinsics.is_none();
-    if !anchors.is_empty() && sorted.iter().any(|(_, _, ar_camera, frame, _)| is_assumed(ar_camera, frame)) {
+    sorted.sort_by_key(|camera| camera_rank(camera.entity, camera.camera));
+    if !anchors.is_empty() && sorted.iter().any(TrackedCameraItem::has_assumed_intrinsics) {
         warn_once!("ArCamera has no intrinsics: poses are measured with an assumed field of view of 60°");
     }
-    for (entity, anchor, mut tracking, mut views, mut sheets) in &mut anchors {
+    for mut of in &mut anchors {
         let mut is_new = false;
-        if views.iter().any(|(camera, _)| !cameras.contains(camera)) {
-            views.retain(|camera| cameras.contains(camera));
-            sheets.retain(|camera| cameras.contains(camera));
+        if of.views.iter().any(|(camera, _)| !cameras.contains(camera)) {
+            of.views.retain(|camera| cameras.contains(camera));
+            of.sheets.retain(|camera| cameras.contains(camera));
+            of.histories.retain(|camera| cameras.contains(camera));
             is_new = true;
         }
-        if anchor.check().is_err() {
+        if of.anchor.check().is_err() {
             continue;
         }
-        for (camera, _, ar_camera, frame, detected) in &sorted {
-            if detected.is_changed() || anchor.is_changed() {
-                let intrinsics = ar_camera.intrinsics_for(frame);
-                let sheet = sheets.of(*camera);
-                views.of(*camera).update(&anchor, detected, sheet, &intrinsics);
-                sheet.report_copies(entity, &anchor, *camera, views.of(*camera).copies);
+        let is_changed = of.anchor.is_changed() || of.board.as_ref().is_some_and(|board| board.is_changed());
+        let board = of.board.as_deref().filter(|board| board.check(&of.anchor).is_ok());
+        for camera in &sorted {
+            if camera.detected.is_changed() || is_changed {
+                let sheet = of.sheets.of(camera.entity);
+                let view = of.views.of(camera.entity);
+                view.update((&of.anchor, board), camera, sheet, of.histories.of(camera.entity), of.filter);
+                sheet.report_copies(of.entity, &of.anchor, camera.entity, view.copies);
                 is_new = true;
             }
         }
         let best = is_new.then(|| {
-            let seen = sorted.iter().filter_map(|(camera, ..)| views.get(*camera));
-            seen.min_by_key(|view| (view.state.preference(), view.camera != tracking.camera))
+            let seen = sorted.iter().filter_map(|camera| of.views.get(camera.entity));
+            seen.min_by_key(|view| (view.state.preference(), view.camera != of.tracking.camera))
         });
         if let Some(best) = best.flatten() {
-            *tracking = best.clone();
+            *of.tracking = best.clone();
         }
     }
 }
@@ -68,8 +110,9 @@ impl MarkerState {
     fn preference(self) -> u8 {
         match self {
             Self::Tracked => 0,
-            Self::Lost => 1,
-            Self::Searching => 2,
+            Self::Held => 1,
+            Self::Lost => 2,
+            Self::Searching => 3,
         }
     }
 }
@@ -78,32 +121,75 @@ impl MarkerTracking {
     /// Follows the sheet of an anchor among the markers that were detected in a frame.
     fn update(
         &mut self,
-        anchor: &MarkerAnchor,
-        detected: &DetectedMarkers,
+        (anchor, board): (&MarkerAnchor, Option<&MarkerBoard>),
+        camera: &TrackedCameraItem,
         sheet: &mut SameNumber,
-        intrinsics: &Intrinsics,
+        history: &mut PoseHistory,
+        of_anchor: &PoseFilter,
     ) {
-        let seen: Vec<_> = detected.markers.iter().filter(|marker| marker.id == anchor.id).collect();
+        let (filter, is_smoothed) = camera.filter(anchor.marker(), of_anchor);
+        let (detected, captured) = (&camera.detected, camera.frame.captured);
+        let seen: Vec<_> = detected.markers.iter().filter(|marker| marker.marker() == anchor.marker()).collect();
         self.copies = seen.len() as u32;
-        let candidates = sheet
-            .choose(&seen)
-            .and_then(|marker| PoseCandidates::from_corners(&marker.corners, intrinsics, anchor.size.into()));
-        self.candidates = candidates;
-        match candidates {
-            Some(candidates) => {
-                let pose = candidates.choose(self.camera_from_marker.as_ref());
-                self.state = MarkerState::Tracked;
-                self.camera_from_marker = Some(pose.camera_from_marker);
-                self.reprojection_error = pose.reprojection_error;
-                self.last_seen = Some(detected.sequence);
-            }
-            None if self.camera_from_marker.is_some() => self.state = MarkerState::Lost,
-            None => self.state = MarkerState::Searching,
+        let intrinsics = camera.ar_camera.intrinsics_for(camera.frame);
+        let estimated = AnchorPose::estimate(anchor, board, sheet.choose(&seen), &detected.markers, &intrinsics);
+        self.candidates = estimated.as_ref().map(|estimated| estimated.candidates);
+        self.steady = false;
+        let Some(AnchorPose { candidates, markers }) = estimated else {
+            self.miss(captured, history, &filter);
+            return;
+        };
+        let first_seen = *history.first_seen.get_or_insert(captured);
+        let is_found = matches!(self.state, MarkerState::Tracked | MarkerState::Held);
+        if !is_found && captured.saturating_sub(first_seen) < filter.found_after {
+            return;
+        }
+        let pose = candidates.choose(self.camera_from_marker.as_ref());
+        let filtered = FilteredPose::follow(history.pose, pose.camera_from_marker, captured, &filter, is_smoothed);
+        history.pose = Some(filtered);
+        self.state = MarkerState::Tracked;
+        self.markers = markers;
+        self.camera_from_marker = Some(filtered.pose());
+        self.steady = filtered.is_steady();
+        self.reprojection_error = pose.reprojection_error;
+        self.last_seen = Some(detected.sequence);
+        self.last_seen_at = Some(captured);
+    }
+
+    /// The marker is not in a frame.
+    fn miss(&mut self, captured: Duration, history: &mut PoseHistory, filter: &PoseFilter) {
+        let missed_for = self.last_seen_at.map(|last| captured.saturating_sub(last));
+        self.state = match (self.state, missed_for) {
+            (MarkerState::Tracked | MarkerState::Held, Some(time)) if time <= filter.lost_after => MarkerState::Held,
+            (_, Some(_)) => MarkerState::Lost,
+            (_, None) => MarkerState::Searching,
+        };
+        if self.state != MarkerState::Held {
+            history.first_seen = None;
         }
     }
 }
 
-type PosedAnchor = (Entity, &'static MarkerViews, Has<WorldOrigin>);
+#[derive(QueryData)]
+pub(super) struct PosedAnchor {
+    entity: Entity,
+    views: &'static MarkerViews,
+    filter: &'static PoseFilter,
+    histories: &'static PoseHistories,
+    is_origin: Has<WorldOrigin>,
+}
+
+impl PosedAnchorItem<'_, '_> {
+    /// Pose in the newest frame of a camera, or at the moment if the filter predicts.
+    fn camera_from_marker(&self, camera: Entity, now: Duration) -> Option<Isometry3d> {
+        let view = self.views.get(camera)?;
+        let pose = self.histories.get(camera).and_then(|history| history.pose);
+        match pose.filter(|_| self.filter.predict && view.state == MarkerState::Tracked) {
+            Some(pose) => Some(pose.predicted(now)),
+            None => view.camera_from_marker,
+        }
+    }
+}
 
 /// Moves each camera to where its frames show the origin of the world, and the other anchors to where the cameras see
 /// them.
@@ -112,20 +198,22 @@ pub(super) fn apply_poses(
     cameras: Query<(Entity, &Camera), (With<ArCamera>, With<DetectedMarkers>)>,
     anchors: Query<PosedAnchor, With<MarkerAnchor>>,
     placement: Placement,
+    time: Option<Res<Time<Real>>>,
 ) {
+    let now = time.map_or(Duration::ZERO, |time| time.elapsed());
     let mut sorted: Vec<_> = cameras.iter().collect();
     sorted.sort_by_key(|(entity, camera)| camera_rank(*entity, camera));
-    let mut origins: Vec<_> = anchors.iter().filter(|(.., is_origin)| *is_origin).collect();
-    origins.sort_by_key(|(entity, ..)| *entity);
+    let mut origins: Vec<_> = anchors.iter().filter(|anchor| anchor.is_origin).collect();
+    origins.sort_by_key(|anchor| anchor.entity);
     if origins.len() > 1 {
-        warn_once!("{} anchors have WorldOrigin; only {} is the origin of the world", origins.len(), origins[0].0);
+        warn_once!("{} anchors have WorldOrigin; only {} is the origin of the world", origins.len(), origins[0].entity);
     }
     let mut moved = EntityHashMap::default();
-    if let Some((origin, views, _)) = origins.first()
-        && let Some(world_from_origin) = placement.world_from(*origin)
+    if let Some(origin) = origins.first()
+        && let Some(world_from_origin) = placement.world_from(origin.entity)
     {
         for (camera, _) in &sorted {
-            if let Some(pose) = views.get(*camera).and_then(|view| view.camera_from_marker) {
+            if let Some(pose) = origin.camera_from_marker(*camera, now) {
                 let world_from_camera = world_from_origin * pose.inverse();
                 placement.place(&mut commands, *camera, world_from_camera);
                 moved.insert(*camera, world_from_camera);
@@ -134,15 +222,15 @@ pub(super) fn apply_poses(
         // Anchors are placed by cameras whose pose is known, if there are any.
         sorted.sort_by_key(|(camera, _)| !moved.contains_key(camera));
     }
-    let origin = origins.first().map(|(entity, ..)| *entity);
-    for (anchor, views, _) in anchors.iter().filter(|(entity, ..)| Some(*entity) != origin) {
+    let origin = origins.first().map(|origin| origin.entity);
+    for anchor in anchors.iter().filter(|anchor| Some(anchor.entity) != origin) {
         let seen = sorted.iter().find_map(|(camera, _)| {
-            let view = views.get(*camera).filter(|view| view.state == MarkerState::Tracked)?;
-            Some((*camera, view.camera_from_marker?))
+            anchor.views.get(*camera).filter(|view| view.state == MarkerState::Tracked)?;
+            Some((*camera, anchor.camera_from_marker(*camera, now)?))
         });
         let Some((camera, pose)) = seen else { continue };
         if let Some(world_from_camera) = moved.get(&camera).copied().or_else(|| placement.world_from(camera)) {
-            placement.place(&mut commands, anchor, world_from_camera * pose);
+            placement.place(&mut commands, anchor.entity, world_from_camera * pose);
         }
     }
 }

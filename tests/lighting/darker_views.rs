@@ -14,7 +14,7 @@ use bevy_mirrorball::{
     phantom::PhantomPlugin,
     prelude::*,
     probe::{BallSurface, ProbePlugin},
-    tracking::{DetectedMarker, LumaView, MarkerDetection, MarkerDetector, TrackingPlugin},
+    tracking::{DetectedMarker, LumaView, MarkerDetection, MarkerDetector, MarkerFamily, TrackingPlugin},
 };
 use std::{sync::Arc, time::Duration};
 
@@ -144,7 +144,7 @@ impl KnownMarker {
             let pos_camera = picture.camera_from_world.transform_point3(0.05 * Vec3::new(x, 0.0, z));
             picture.intrinsics.project(pos_camera).expect("is in view").as_dvec2()
         });
-        MarkerDetection::new(Self(DetectedMarker { id: 0, corners, corrected_bits: 0 }))
+        MarkerDetection::new(Self(DetectedMarker { family: MarkerFamily::Tag36h11, id: 0, corners, corrected_bits: 0 }))
     }
 }
 

@@ -9,10 +9,10 @@ use bevy_mirrorball::{
 use serde_json::Value;
 
 const CLIP: &str = "assets/desk_clip";
-/// Maximum error of the rotation, in degrees.
-const DEGREES: f32 = 0.5;
-/// Maximum error of the camera's position, as a fraction of its distance from the marker.
-const SHARE: f32 = 0.01;
+/// Largest error of the rotation in degrees, and in half of the frames.
+const DEGREES: (f32, f32) = (0.25, 0.1);
+/// Largest error of the camera's position as a fraction of its distance from the marker, and in half of the frames.
+const SHARE: (f32, f32) = (0.005, 0.0015);
 const LOOPS: usize = 2;
 
 fn vector(value: &Value) -> Vec3 {
@@ -41,17 +41,25 @@ fn the_camera_is_found_in_every_picture_of_two_loops() {
     // The print is 0.6 mm thick and lies on the desk, whose surface is the truth's zero.
     let anchor = (MarkerAnchor::new(0, 0.1), WorldOrigin, Transform::from_xyz(0.0, 0.0006, 0.0));
     let anchor = app.world_mut().spawn(anchor).id();
-    let (mut worst_degrees, mut worst_share) = (0.0_f32, 0.0_f32);
+    let (mut all_degrees, mut all_shares) = (Vec::new(), Vec::new());
     for step in 0..LOOPS * truth.len() {
         app.update();
         let tracking = app.world().get::<MarkerTracking>(anchor).expect("comes with the anchor");
         assert_eq!(tracking.state, MarkerState::Tracked, "picture {step}");
         let expected = &truth[step % truth.len()];
         let found = app.world().get::<GlobalTransform>(camera).expect("is a camera").to_isometry();
-        let degrees = found.rotation.angle_between(expected.rotation).to_degrees();
-        let share = Vec3::from(found.translation).distance(expected.translation) / expected.translation.length();
-        assert!(degrees <= DEGREES && share <= SHARE, "picture {step}: {degrees}°, {share} of the distance");
-        (worst_degrees, worst_share) = (worst_degrees.max(degrees), worst_share.max(share));
+        // `angle_between` takes the arc cosine, which cannot tell angles below 0.04° apart.
+        let turn = found.rotation * expected.rotation.inverse();
+        all_degrees.push((2.0 * turn.xyz().length()).to_degrees());
+        let off = Vec3::from(found.translation).distance(expected.translation);
+        all_shares.push(off / expected.translation.length());
     }
-    println!("worst of all pictures: {worst_degrees:.3}°, {:.3} % of the distance", 100.0 * worst_share);
+    let median_and_worst = |mut errors: Vec<f32>| {
+        errors.sort_by(f32::total_cmp);
+        (errors[errors.len() - 1], errors[errors.len() / 2])
+    };
+    let (degrees, share) = (median_and_worst(all_degrees), median_and_worst(all_shares));
+    println!("worst and median: {degrees:?}° and {share:?} of the distance");
+    assert!(degrees.0 <= DEGREES.0 && degrees.1 <= DEGREES.1, "{degrees:?}°");
+    assert!(share.0 <= SHARE.0 && share.1 <= SHARE.1, "{share:?} of the distance");
 }

@@ -91,19 +91,20 @@ fn a_lost_marker_holds_its_pose_and_recovers() {
     assert_eq!(desk.tracking(origin).state, MarkerState::Searching);
     desk.show(&[seen(0, first_view()), seen(7, second_view())]);
     let held = [desk.get::<Transform>(desk.camera), desk.get::<Transform>(origin), desk.get::<Transform>(cube)];
-    for _ in 0..2 {
+    // Frames come every 40 ms.
+    for expected in [&[MarkerState::Held; 12][..], &[MarkerState::Lost; 2]].concat() {
         desk.show(&[]);
         let now = [desk.get::<Transform>(desk.camera), desk.get::<Transform>(origin), desk.get::<Transform>(cube)];
         assert_eq!(now, held);
         for anchor in [origin, cube] {
             let tracking = desk.tracking(anchor);
-            assert_eq!((tracking.state, tracking.last_seen), (MarkerState::Lost, Some(1)));
+            assert_eq!((tracking.state, tracking.last_seen), (expected, Some(1)));
             assert!(tracking.camera_from_marker.is_some() && tracking.candidates.is_none());
         }
     }
     desk.show(&[seen(0, second_view())]);
     assert_same(desk.world_from(desk.camera), second_view().inverse());
-    assert_eq!((desk.tracking(origin).state, desk.tracking(origin).last_seen), (MarkerState::Tracked, Some(4)));
+    assert_eq!((desk.tracking(origin).state, desk.tracking(origin).last_seen), (MarkerState::Tracked, Some(16)));
     assert_eq!(desk.tracking(cube).state, MarkerState::Lost);
     assert_eq!(desk.get::<Transform>(cube), held[2], "a lost anchor stays in the world, not in the picture");
 }
@@ -167,7 +168,7 @@ fn of_two_sheets_with_one_number_the_first_is_followed() {
         assert_same(desk.world_from(desk.camera), first_view().inverse());
     }
     desk.show(&[seen(0, other(10))]);
-    assert_eq!(desk.tracking(anchor).state, MarkerState::Lost, "the other does not take its place");
+    assert_eq!(desk.tracking(anchor).state, MarkerState::Held, "the other does not take its place");
     assert_same(desk.world_from(desk.camera), first_view().inverse());
 }
 

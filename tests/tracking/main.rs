@@ -4,7 +4,12 @@ mod authoring;
 mod background;
 mod calibration;
 #[cfg(feature = "apriltag")]
+mod boards;
+#[cfg(feature = "apriltag")]
 mod desk_clip;
+mod families;
+#[cfg(feature = "apriltag")]
+mod far_markers;
 mod feeds;
 mod follow;
 #[path = "../support/gpu.rs"]
@@ -17,11 +22,20 @@ mod pose_truth;
 #[cfg(feature = "apriltag")]
 mod print;
 #[cfg(feature = "apriltag")]
+mod real_tags;
+#[cfg(feature = "apriltag")]
 mod rendered_tags;
+#[cfg(feature = "apriltag")]
+mod recordings;
+#[cfg(feature = "apriltag")]
+#[path = "../support/rendered_marker.rs"]
+mod rendered_marker;
 mod scripted_desk;
 mod several_cameras;
 #[cfg(feature = "apriltag")]
 #[path = "../support/shared_data.rs"]
 mod shared_data;
+#[cfg(feature = "apriltag")]
+mod still_poses;
 #[cfg(feature = "webcam")]
 mod webcam;

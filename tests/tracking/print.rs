@@ -70,7 +70,7 @@ fn photograph(marker_from_camera: Isometry3d, aperture: u32) -> FramePixels {
 fn assert_pose_is_recovered(what: &str, camera: Transform, aperture: u32) {
     let truth = camera.to_isometry().inverse();
     let mut detector = AprilTagDetector::new().expect("the AprilTag library of this crate");
-    let markers = detect_markers(&mut detector, &photograph(camera.to_isometry(), aperture), &[0]);
+    let markers = detect_markers(&mut detector, &photograph(camera.to_isometry(), aperture), &[0.into()]);
     assert_eq!(markers.iter().map(|marker| marker.id).collect::<Vec<_>>(), [0], "markers found");
     let candidates = PoseCandidates::from_corners(&markers[0].corners, &LENS, SIZE.into()).expect("a pose");
     PoseError::of(&candidates.best, &truth).assert_below(what, DEGREES, DISTANCE_SHARE);
@@ -148,8 +148,8 @@ fn the_sheet_of_marker_0_is_the_one_in_the_repository() {
 
 #[test]
 fn sheets_that_cannot_be_printed_are_refused() {
-    assert_eq!(marker_sheet_svg(587, SIZE), Err(TrackingError::NoSuchMarker(587)));
-    assert_eq!(marker_sheet_svg(u32::MAX, SIZE), Err(TrackingError::NoSuchMarker(u32::MAX)));
+    assert_eq!(marker_sheet_svg(587, SIZE), Err(TrackingError::NoSuchMarker(587.into())));
+    assert_eq!(marker_sheet_svg(u32::MAX, SIZE), Err(TrackingError::NoSuchMarker(u32::MAX.into())));
     for size in [0.0, -0.1, f32::INFINITY, f32::NEG_INFINITY] {
         assert_eq!(marker_sheet_svg(0, size), Err(TrackingError::BadSize(size)));
     }

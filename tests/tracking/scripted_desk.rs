@@ -6,7 +6,9 @@ use bevy::{math::DVec2, prelude::*};
 use bevy_mirrorball::{
     camera::FramePixels,
     prelude::*,
-    tracking::{DetectedMarker, LumaView, MarkerDetection, MarkerDetector, MarkerTracking, TrackingPlugin},
+    tracking::{
+        DetectedMarker, LumaView, MarkerDetection, MarkerDetector, MarkerFamily, MarkerTracking, TrackingPlugin,
+    },
 };
 use std::{
     sync::{Arc, Mutex},
@@ -47,7 +49,7 @@ pub(crate) fn seen(id: u32, camera_from_marker: Isometry3d) -> DetectedMarker {
         let p = Vec3::from(camera_from_marker.transform_point(Vec3::new(x, 0.0, z))).as_dvec3();
         center + focal * DVec2::new(p.x, -p.y) / -p.z
     });
-    DetectedMarker { id, corners, corrected_bits: 0 }
+    DetectedMarker { family: MarkerFamily::Tag36h11, id, corners, corrected_bits: 0 }
 }
 
 /// Pose of the marker for a camera at a point of the marker frame that looks at the marker.

@@ -40,7 +40,7 @@ fn the_marker_reports_what_each_camera_sees_and_the_first_that_tracks_it() {
     desk.show_to(second, &[]);
     let views: MarkerViews = desk.get(anchor);
     let state = |camera| views.get(camera).map(|view| view.state);
-    assert_eq!((state(first), state(second)), (Some(MarkerState::Tracked), Some(MarkerState::Lost)));
+    assert_eq!((state(first), state(second)), (Some(MarkerState::Tracked), Some(MarkerState::Held)));
     assert_eq!(desk.tracking(anchor).camera, Some(first));
     assert_same(desk.tracking(anchor).camera_from_marker.expect("a pose"), first_view());
 
@@ -48,7 +48,7 @@ fn the_marker_reports_what_each_camera_sees_and_the_first_that_tracks_it() {
     desk.app.update();
     let views: MarkerViews = desk.get(anchor);
     assert_eq!(views.iter().map(|(camera, _)| camera).collect::<Vec<_>>(), [second]);
-    assert_eq!((desk.tracking(anchor).camera, desk.tracking(anchor).state), (Some(second), MarkerState::Lost));
+    assert_eq!((desk.tracking(anchor).camera, desk.tracking(anchor).state), (Some(second), MarkerState::Held));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::{Calibration, CalibrationError, CalibrationPoint, CalibrationView, calibrate};
 use crate::{
     camera::{Distortion, FramePixels, Intrinsics, UndistortionMap},
-    tracking::{DetectedMarker, MarkerAnchor, MarkerDetector, detect_markers},
+    tracking::{DetectedMarker, MarkerDetector, MarkerFamily, MarkerId, detect_markers},
 };
 use bevy::{math::DVec2, prelude::*};
 
@@ -44,7 +44,7 @@ impl CalibrationBoard {
     /// [`CalibrationError::Board`].
     pub fn check(&self) -> Result<(), CalibrationError> {
         let last = u64::from(self.columns) * u64::from(self.rows) + u64::from(self.first_id);
-        let family = MarkerAnchor::FAMILY_SIZE;
+        let family = MarkerFamily::Tag36h11.marker_count();
         if self.columns == 0 || self.rows == 0 || last > family.into() {
             return Err(CalibrationError::Board(format!(
                 "{} × {} markers from number {} on; give at least one, the last of which is number {} or below",
@@ -68,14 +68,15 @@ impl CalibrationBoard {
         Some([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|side| corner + DVec2::from(side) * self.size))
     }
 
-    /// Numbers of the markers.
-    fn ids(&self) -> Vec<u32> {
-        (self.first_id..self.first_id + self.columns * self.rows).collect()
+    /// The markers on the board.
+    fn markers(&self) -> Vec<MarkerId> {
+        (self.first_id..self.first_id + self.columns * self.rows).map(MarkerId::from).collect()
     }
 
     /// What a frame shows of the board. Markers that are not on it are ignored.
     pub fn view(&self, markers: &[DetectedMarker]) -> CalibrationView {
-        let points = markers.iter().filter_map(|marker| Some((self.corners(marker.id)?, marker.corners)));
+        let markers = markers.iter().filter(|marker| marker.family == MarkerFamily::Tag36h11);
+        let points = markers.filter_map(|marker| Some((self.corners(marker.id)?, marker.corners)));
         let pair = |(board, frame)| CalibrationPoint { board, frame };
         CalibrationView { points: points.flat_map(|(board, frame)| board.into_iter().zip(frame)).map(pair).collect() }
     }
@@ -87,7 +88,8 @@ impl CalibrationBoard {
     /// with its result, and the corners that are found there are distorted again for the second one.
     ///
     /// # Errors
-    /// [`CalibrationError::Board`], [`CalibrationError::Sizes`], and those of [`calibrate`].
+    /// [`CalibrationError::Board`], [`CalibrationError::Sizes`], [`CalibrationError::Detector`], and those of
+    /// [`calibrate`].
     pub fn calibrate(
         &self,
         detector: &mut dyn MarkerDetector,
@@ -98,13 +100,14 @@ impl CalibrationBoard {
         if let Some(other) = frames.iter().find(|frame| frame.size != size) {
             return Err(CalibrationError::Sizes(size, other.size));
         }
-        let ids = self.ids();
+        detector.set_families(&[MarkerFamily::Tag36h11])?;
+        let wanted = self.markers();
         let view_of = |mut markers: Vec<DetectedMarker>| {
             markers.retain(|marker| is_whole(marker, size));
             self.view(&markers)
         };
         let mut views: Vec<CalibrationView> =
-            frames.iter().map(|frame| view_of(detect_markers(detector, frame, &ids))).collect();
+            frames.iter().map(|frame| view_of(detect_markers(detector, frame, &wanted))).collect();
         let first = calibrate(size, &views)?;
         let lens = first.intrinsics;
         let pinhole = canvas(&lens, views.iter().flat_map(|view| &view.points).map(|point| point.frame));
@@ -114,7 +117,7 @@ impl CalibrationBoard {
             let Some(undistorted) = map.undistort(frame) else {
                 continue;
             };
-            let mut markers = detect_markers(detector, &undistorted, &ids);
+            let mut markers = detect_markers(detector, &undistorted, &wanted);
             for corner in markers.iter_mut().flat_map(|marker| &mut marker.corners) {
                 *corner = lens.distort_pixel(corner.as_vec2() + shift).as_dvec2();
             }
@@ -161,13 +164,15 @@ mod tests {
         assert!((corners[0] - DVec2::new(0.05, 0.05)).length() < 1e-12);
         assert!((corners[2] - DVec2::new(0.09, 0.09)).length() < 1e-12);
         assert!(board.corners(9).is_none() && board.corners(16).is_none());
-        let marker = |id| DetectedMarker { id, corners: [DVec2::ONE; 4], corrected_bits: 0 };
+        let marker =
+            |id| DetectedMarker { family: MarkerFamily::Tag36h11, id, corners: [DVec2::ONE; 4], corrected_bits: 0 };
         assert_eq!(board.view(&[marker(12), marker(3)]).points.len(), 4);
     }
 
     #[test]
     fn markers_at_the_border_are_not_whole() {
         let marker = |x: f64| DetectedMarker {
+            family: MarkerFamily::Tag36h11,
             id: 0,
             corners: [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0)]
                 .map(|corner| DVec2::new(x, 50.0) + DVec2::from(corner)),

@@ -1,7 +1,7 @@
 //! The board as a page to print.
 
 use super::{CalibrationBoard, CalibrationError};
-use crate::tracking::{AprilTagDetector, TrackingError};
+use crate::tracking::{TrackingError, marker_cells};
 use bevy::math::DVec2;
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ impl CalibrationBoard {
     /// The board on an A4 page as SVG, with a scale bar to check that the printer did not shrink the page.
     ///
     /// # Errors
-    /// [`CalibrationError::Board`] if it cannot be or does not fit; as [`AprilTagDetector::new`].
+    /// [`CalibrationError::Board`] if it cannot be or does not fit.
     pub fn svg(&self) -> Result<String, CalibrationError> {
         self.check()?;
         let last = self.first_id + self.columns * self.rows - 1;
@@ -30,13 +30,12 @@ impl CalibrationBoard {
                 end.x, end.y
             )));
         }
-        let detector = AprilTagDetector::new()?;
         let cell = 1000.0 * self.size / SQUARE_CELLS;
         let (left, top) = (0.5 * (PAGE.0 - end.x), 0.5 * (PAGE.1 - FOOT - end.y));
         let mut squares = String::new();
         for id in self.first_id..=last {
             let corner = self.corners(id).map(|corners| corners[0] * 1000.0).unwrap_or_default();
-            let cells = detector.cells(id).ok_or(TrackingError::NoSuchMarker(id))?;
+            let cells = marker_cells(id).ok_or(TrackingError::NoSuchMarker(id.into()))?;
             for (row, cells) in cells.iter().enumerate() {
                 for (column, _) in cells.iter().enumerate().filter(|(_, is_white)| !**is_white) {
                     // The white margin is the first cell.
