@@ -1,5 +1,6 @@
 //! Measurements of the stages as Bevy diagnostics.
 
+use super::main_thread;
 use crate::{
     MirrorballSystems,
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, FeedStatistics, camera_rank},
@@ -40,13 +41,18 @@ pub const KEY_LIGHT_ANGLE: DiagnosticPath = DiagnosticPath::const_new("mirrorbal
 /// render.
 pub const LIGHTING_AGE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/lighting_age");
 
+/// Milliseconds of an update from the first to the last stage of this crate, in `PreUpdate` and `PostUpdate`. Systems of
+/// the game that run beside them on other threads make it longer. Detection, decoding and the recovery of light are not
+/// in it for live feeds: they run in the background.
+pub const MAIN_THREAD: DiagnosticPath = DiagnosticPath::const_new("mirrorball/main_thread");
+
 /// Registers the diagnostics of this module, and updates them.
 pub struct MirrorballDiagnosticsPlugin;
 
 impl Plugin for MirrorballDiagnosticsPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
-        for path in [DECODE, DETECT, MEASURE, RECOVER, LIGHTING_AGE] {
+        for path in [DECODE, DETECT, MEASURE, RECOVER, LIGHTING_AGE, MAIN_THREAD] {
             app.register_diagnostic(Diagnostic::new(path).with_suffix(" ms"));
         }
         app.register_diagnostic(Diagnostic::new(CAPTURE_RATE).with_suffix(" /s"))
@@ -54,6 +60,7 @@ impl Plugin for MirrorballDiagnosticsPlugin {
             .register_diagnostic(Diagnostic::new(BALL_ERROR).with_suffix(" %"))
             .register_diagnostic(Diagnostic::new(KEY_LIGHT_ANGLE).with_suffix("°"))
             .add_systems(PostUpdate, (record_stages, record_light).after(MirrorballSystems::Light));
+        main_thread::build(app);
         let finished = FinishedFrames::default();
         app.insert_resource(finished.clone()).add_systems(First, record_lighting_age);
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {

@@ -15,14 +15,16 @@
 //! | [`BALL_ERROR`] | % | root mean square difference between a virtual ball and the real one, of the sRGB range |
 //! | [`KEY_LIGHT_ANGLE`] | ° | angle between the strongest light and its image in the real ball |
 //! | [`LIGHTING_AGE`] | ms | time from the capture of a camera frame until the GPU has finished the render lit by it |
+//! | [`MAIN_THREAD`] | ms | what the stages of this crate take of an update, and what runs beside them |
 //!
-//! There is one value per new camera frame, for the first [`ArCamera`](crate::camera::ArCamera). Bevy measures the
+//! There is one value per new camera frame (of [`MAIN_THREAD`]: per update), for the first [`ArCamera`](crate::camera::ArCamera). Bevy measures the
 //! passes on the GPU (ball → cube, filter, shadow maps, weights, background) once a game adds
 //! [`RenderDiagnosticsPlugin`](bevy::render::diagnostic::RenderDiagnosticsPlugin); their paths begin with
 //! `render/mirrorball_`. [`device_memory`] reports the GPU memory of the crate's textures and buffers.
 
 mod checklist;
 mod diagnostics;
+mod main_thread;
 mod map_view;
 mod memory;
 #[cfg(feature = "egui")]
@@ -30,7 +32,7 @@ mod panel;
 
 pub use checklist::{Check, CheckLevel, Checklist};
 pub use diagnostics::{
-    BALL_ERROR, CAPTURE_RATE, DECODE, DETECT, DROPPED, KEY_LIGHT_ANGLE, LIGHTING_AGE, MEASURE,
+    BALL_ERROR, CAPTURE_RATE, DECODE, DETECT, DROPPED, KEY_LIGHT_ANGLE, LIGHTING_AGE, MAIN_THREAD, MEASURE,
     MirrorballDiagnosticsPlugin, RECOVER,
 };
 pub use map_view::{MapView, MapViewPlugin, ShownMap};

@@ -85,30 +85,33 @@ impl MarkerTracker {
             }
         }
         self.since_search += 1;
-        let is_missing = |found: &[DetectedMarker]| {
-            wanted.iter().any(|wanted| found.iter().all(|marker| marker.marker() != *wanted))
+        let is_missing = |followed: &[DetectedMarker], searched: &[DetectedMarker]| {
+            let all = followed.iter().chain(searched).map(DetectedMarker::marker);
+            wanted.iter().any(|wanted| all.clone().all(|marker| marker != *wanted))
         };
-        if found.is_empty() || is_missing(&found) || self.since_search >= SEARCH_INTERVAL {
+        if found.is_empty() || is_missing(&found, &[]) || self.since_search >= SEARCH_INTERVAL {
             self.since_search = 0;
             let luma = frame.luma8();
-            let mut add_from_search = |decimation| {
+            let mut searched: Vec<DetectedMarker> = Vec::new();
+            let mut search = |decimation| {
                 let markers = LumaView::new(frame.size, &luma).map(|luma| detector.detect(luma, decimation));
                 for marker in markers.into_iter().flatten() {
-                    if !is_among(&marker, &found) {
-                        // What was followed is covered by another marker.
-                        found.retain(|other| !is_at_place_of(&marker, other));
-                        found.push(aligned(detector, frame, marker));
+                    if !is_among(&marker, &found) && !is_among(&marker, &searched) {
+                        searched.push(aligned(detector, frame, marker));
                     }
                 }
-                is_missing(&found)
+                is_missing(&found, &searched)
             };
-            if !add_from_search(2.0) {
+            if !search(2.0) {
                 self.vain_searches = 0;
             } else {
                 // Large blurred markers may be detected at half resolution only, so both searches count.
                 let is_full = self.vain_searches < FULL_SEARCHES || self.vain_searches.is_multiple_of(FULL_SEARCHES);
-                self.vain_searches = if is_full && !add_from_search(1.0) { 0 } else { self.vain_searches + 1 };
+                self.vain_searches = if is_full && !search(1.0) { 0 } else { self.vain_searches + 1 };
             }
+            // What was followed is covered by another marker.
+            found.retain(|followed| searched.iter().all(|marker| !is_at_place_of(marker, followed)));
+            found.append(&mut searched);
         }
         self.remember(&found);
         found

@@ -12,4 +12,6 @@ mod picture_writers;
 mod room_walls;
 #[path = "../support/shared_data.rs"]
 mod shared_data;
+#[cfg(feature = "apriltag")]
+mod track_marker;
 mod unwrap_ball;

@@ -1,7 +1,8 @@
 //! Reports of the panel: checks, timings and memory.
 
 use crate::debug::{
-    BALL_ERROR, CheckLevel, Checklist, DECODE, DETECT, KEY_LIGHT_ANGLE, LIGHTING_AGE, MEASURE, RECOVER, device_memory,
+    BALL_ERROR, CheckLevel, Checklist, DECODE, DETECT, KEY_LIGHT_ANGLE, LIGHTING_AGE, MAIN_THREAD, MEASURE, RECOVER,
+    device_memory,
 };
 use bevy::{
     diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore, FrameTimeDiagnosticsPlugin},
@@ -26,12 +27,13 @@ pub(super) fn draw_checks(ui: &mut egui::Ui, checklist: &Checklist) {
 }
 
 /// Diagnostics of the stages, and their labels in the panel.
-const STAGES: [(&DiagnosticPath, &str); 7] = [
+const STAGES: [(&DiagnosticPath, &str); 8] = [
     (&DECODE, "decode"),
     (&DETECT, "detect markers"),
     (&MEASURE, "measure ball, paper"),
     (&RECOVER, "recover clipped light"),
     (&LIGHTING_AGE, "lighting age"),
+    (&MAIN_THREAD, "on the main thread"),
     (&BALL_ERROR, "virtual ball's error"),
     (&KEY_LIGHT_ANGLE, "key light's error"),
 ];
