@@ -75,7 +75,8 @@ impl CalibrationBoard {
 
     /// What a frame shows of the board. Markers that are not on it are ignored.
     pub fn view(&self, markers: &[DetectedMarker]) -> CalibrationView {
-        let points = markers.iter().filter_map(|marker| Some((self.corners(marker.id)?, marker.corners)));
+        let markers = markers.iter().filter(|marker| marker.family == MarkerFamily::Tag36h11);
+        let points = markers.filter_map(|marker| Some((self.corners(marker.id)?, marker.corners)));
         let pair = |(board, frame)| CalibrationPoint { board, frame };
         CalibrationView { points: points.flat_map(|(board, frame)| board.into_iter().zip(frame)).map(pair).collect() }
     }
@@ -87,7 +88,8 @@ impl CalibrationBoard {
     /// with its result, and the corners that are found there are distorted again for the second one.
     ///
     /// # Errors
-    /// [`CalibrationError::Board`], [`CalibrationError::Sizes`], and those of [`calibrate`].
+    /// [`CalibrationError::Board`], [`CalibrationError::Sizes`], [`CalibrationError::Detector`], and those of
+    /// [`calibrate`].
     pub fn calibrate(
         &self,
         detector: &mut dyn MarkerDetector,
@@ -98,6 +100,7 @@ impl CalibrationBoard {
         if let Some(other) = frames.iter().find(|frame| frame.size != size) {
             return Err(CalibrationError::Sizes(size, other.size));
         }
+        detector.set_families(&[MarkerFamily::Tag36h11])?;
         let wanted = self.markers();
         let view_of = |mut markers: Vec<DetectedMarker>| {
             markers.retain(|marker| is_whole(marker, size));

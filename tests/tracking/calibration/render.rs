@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use bevy_mirrorball::{
     camera::{Distortion, FramePixels, calibration::CalibrationBoard},
     prelude::*,
-    tracking::AprilTagDetector,
+    tracking::marker_cells,
 };
 
 /// Rays for each pixel along a side.
@@ -35,11 +35,10 @@ pub(crate) fn rays(lens: &Intrinsics) -> Vec<Vec2> {
 
 /// Cells of the printed board, 10 for each marker and row, and the size of a cell in meters.
 pub(crate) fn cells(board: &CalibrationBoard) -> (Vec<Vec<bool>>, f32) {
-    let detector = AprilTagDetector::new().expect("the AprilTag library of this crate");
     let mut rows = vec![vec![true; 10 * board.columns as usize]; 10 * board.rows as usize];
     for i in 0..board.columns * board.rows {
         let (left, top) = (10 * (i % board.columns) as usize, 10 * (i / board.columns) as usize);
-        let marker = detector.cells(board.first_id + i).expect("in the family");
+        let marker = marker_cells(board.first_id + i).expect("in the family");
         for (row, cells) in rows[top..].iter_mut().zip(&marker) {
             row[left..left + 10].copy_from_slice(cells);
         }
