@@ -4,8 +4,8 @@
 //! `cargo bench --bench tracking -- --csv tracking.csv`
 //!
 //! The columns are `case,width,height,ours_ms,library_ms,ratio`: medians over a sequence of rendered frames in which a
-//! marker moves over a cluttered desk, and ratio = ours ÷ library. The library searches at half resolution, its default.
-//! `search` is a frame without a past, `track` each next frame of the sequence.
+//! marker moves over a cluttered desk, and ratio = ours ÷ library. The library searches at half resolution, its
+//! default. `search` is a frame without a past, `track` each next frame of the sequence.
 //!
 //! `--frames N` measures that many frames.
 

@@ -41,9 +41,9 @@ pub const KEY_LIGHT_ANGLE: DiagnosticPath = DiagnosticPath::const_new("mirrorbal
 /// render.
 pub const LIGHTING_AGE: DiagnosticPath = DiagnosticPath::const_new("mirrorball/lighting_age");
 
-/// Milliseconds of an update from the first to the last stage of this crate, in `PreUpdate` and `PostUpdate`. Systems of
-/// the game that run beside them on other threads make it longer. Detection, decoding and the recovery of light are not
-/// in it for live feeds: they run in the background.
+/// Milliseconds of an update from the first to the last stage of this crate, in `PreUpdate` and `PostUpdate`. Systems
+/// of the game that run beside them on other threads make it longer. Detection, decoding and the recovery of light are
+/// not in it for live feeds: they run in the background.
 pub const MAIN_THREAD: DiagnosticPath = DiagnosticPath::const_new("mirrorball/main_thread");
 
 /// Registers the diagnostics of this module, and updates them.

@@ -17,8 +17,9 @@
 //! | [`LIGHTING_AGE`] | ms | time from the capture of a camera frame until the GPU has finished the render lit by it |
 //! | [`MAIN_THREAD`] | ms | what the stages of this crate take of an update, and what runs beside them |
 //!
-//! There is one value per new camera frame (of [`MAIN_THREAD`]: per update), for the first [`ArCamera`](crate::camera::ArCamera). Bevy measures the
-//! passes on the GPU (ball → cube, filter, shadow maps, weights, background) once a game adds
+//! There is one value per new camera frame (of [`MAIN_THREAD`]: per update), for the first
+//! [`ArCamera`](crate::camera::ArCamera). Bevy measures the passes on the GPU (ball → cube, filter, shadow maps,
+//! weights, background) once a game adds
 //! [`RenderDiagnosticsPlugin`](bevy::render::diagnostic::RenderDiagnosticsPlugin); their paths begin with
 //! `render/mirrorball_`. [`device_memory`] reports the GPU memory of the crate's textures and buffers.
 

@@ -6,18 +6,9 @@
 //! the difference of every pixel near an edge (the inverse compositional view of Lucas & Kanade 1981, with robust
 //! weights) finds them together in a few steps.
 
-use super::{pose::unit_square_to, pose_fit::solve};
+use super::{MarkerPattern, pose::unit_square_to, pose_fit::solve};
 use crate::{camera::FramePixels, luminance::luminance};
 use bevy::math::{DMat3, DVec2, DVec3, DVec4, Vec4};
-
-/// Cells of a printed marker with what surrounds its square.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MarkerPattern {
-    /// Rows from top to bottom; `true` is white. Square.
-    pub cells: Vec<Vec<bool>>,
-    /// Number of cells along a side of the square whose corners are detected. It is in the middle of the cells.
-    pub square: u32,
-}
 
 /// Number of pixels that are compared at most, roughly. More would not make corners better than the paper is flat.
 const MAX_PIXELS: f64 = 8000.0;
@@ -94,37 +85,6 @@ struct Fit<'a> {
     agreement: f64,
 }
 
-/// Reflectance of the blurred pattern at a point, between 0 (ink) and 1 (paper), with its derivatives.
-struct Shade {
-    value: f64,
-    by_cell: DVec2,
-    by_blur: f64,
-}
-
-/// Weights of the four cells around an edge, on one axis, with their derivatives by position and by the logarithm of
-/// the blur.
-struct Crossing {
-    weight: [f64; 4],
-    slope: [f64; 4],
-    by_blur: [f64; 4],
-}
-
-impl Crossing {
-    /// At a distance of at most half a cell from the edge.
-    fn new(from_edge: f64, blur: f64) -> Self {
-        let edges = [1.0, 0.0, -1.0].map(|edge| {
-            let t = ((from_edge + edge) / blur).clamp(-1.0, 1.0);
-            let slope = (0.75 - 0.75 * t * t) / blur;
-            (0.5 + 0.75 * t - 0.25 * t * t * t, slope, -slope * t * blur)
-        });
-        let [before, middle, after] = edges;
-        let between = |first: f64, second: f64, third: f64| [-first, first - second, second - third, third];
-        let mut weight = between(before.0, middle.0, after.0);
-        weight[0] += 1.0;
-        Self { weight, slope: between(before.1, middle.1, after.1), by_blur: between(before.2, middle.2, after.2) }
-    }
-}
-
 impl<'a> Fit<'a> {
     fn new(corners: &[DVec2; 4], pattern: &'a MarkerPattern) -> Option<Self> {
         let count = pattern.cells.len() as f64;
@@ -198,7 +158,7 @@ impl<'a> Fit<'a> {
                 if !is_inside {
                     continue;
                 }
-                let shade = self.shade(cell, reach * self.blur_in_cells(cell, depth));
+                let shade = self.pattern.shade(cell, reach * self.blur_in_cells(cell, depth));
                 if shade.by_cell != DVec2::ZERO || (x + 3 * y).is_multiple_of(FLAT_STRIDE) {
                     let value = f64::from(luminance(frame.linear(x as i32, y as i32)));
                     pixels.push(Pixel { center: at, value });
@@ -206,27 +166,6 @@ impl<'a> Fit<'a> {
             }
         }
         pixels
-    }
-
-    /// Reflectance at a position in cells, of edges that are blurred over `blur` cells to both sides.
-    fn shade(&self, cell: DVec2, blur: DVec2) -> Shade {
-        let edge = cell.round();
-        let (x, y) = (Crossing::new(cell.x - edge.x, blur.x), Crossing::new(cell.y - edge.y, blur.y));
-        // Where blur reaches across a cell, two more cells on each axis count.
-        let near = if blur.max_element() > 0.5 { 0..4 } else { 1..3 };
-        let last = self.pattern.cells.len() as i32 - 1;
-        let (mut value, mut by_cell, mut by_blur) = (0.0, DVec2::ZERO, 0.0);
-        for j in near.clone() {
-            let row = &self.pattern.cells[(edge.y as i32 + j as i32 - 2).clamp(0, last) as usize];
-            for i in near.clone() {
-                if row[(edge.x as i32 + i as i32 - 2).clamp(0, last) as usize] {
-                    value += x.weight[i] * y.weight[j];
-                    by_cell += DVec2::new(x.slope[i] * y.weight[j], x.weight[i] * y.slope[j]);
-                    by_blur += x.by_blur[i] * y.weight[j] + x.weight[i] * y.by_blur[j];
-                }
-            }
-        }
-        Shade { value, by_cell, by_blur }
     }
 
     /// Blur in cells at a point of the frame.
@@ -242,7 +181,7 @@ impl<'a> Fit<'a> {
         let (mut paper, mut ink) = ((0.0, 0.0), (0.0, 0.0));
         for pixel in pixels {
             let (cell, depth) = self.cell_at(pixel.center);
-            let shade = self.shade(cell, self.blur_in_cells(cell, depth)).value;
+            let shade = self.pattern.shade(cell, self.blur_in_cells(cell, depth)).value;
             if shade > 0.99 {
                 paper = (paper.0 + pixel.value, paper.1 + 1.0);
             } else if shade < 0.01 {
@@ -262,7 +201,7 @@ impl<'a> Fit<'a> {
         let mut likenesses = 0.0;
         for Pixel { center, value } in pixels {
             let (cell, depth) = self.cell_at(*center);
-            let shade = self.shade(cell, self.blur_in_cells(cell, depth));
+            let shade = self.pattern.shade(cell, self.blur_in_cells(cell, depth));
             let [paper, to_right, down, ink] = self.light;
             let from_middle = cell - middle_cell;
             let contrast = paper + to_right * from_middle.x + down * from_middle.y - ink;

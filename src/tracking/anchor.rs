@@ -1,7 +1,7 @@
 //! Markers that the game tracks.
 
 use super::{
-    MarkerFamily, MarkerId, MarkerTracking, MarkerViews, PoseFilter, TrackingError, pose_filter::PoseHistories,
+    MarkerFamily, MarkerId, MarkerTracking, MarkerViews, PoseFilter, TrackingError, filtered_pose::PoseHistories,
     same_number::FollowedSheets,
 };
 use bevy::prelude::*;

@@ -68,9 +68,8 @@ impl LoadedFamily {
                 cells[y as usize][x as usize] = false;
             }
         }
-        // SAFETY: the family lives until the end of this function; it has `ncodes` codes and `nbits` positions of cells,
-        // which lie in the print. The number is in
-        // range.
+        // SAFETY: the family lives until the end of this function; it has `ncodes` codes and `nbits` positions of
+        // cells, which lie in the print. The number is in range.
         unsafe {
             let tag = self.tag.as_ref();
             let code = *tag.codes.add(id as usize);

@@ -5,9 +5,9 @@ use crate::camera::FramePixels;
 
 /// Detects markers in a frame without a past, with corners that do not shrink under blur.
 ///
-/// The frame is searched at half resolution, and once more at full resolution if one of the `wanted` markers is missing.
-/// Each marker's pattern is then aligned with the frame in linear light: on gamma-coded pixels a blurred edge moves
-/// towards the dark side, and markers appear up to 3 % farther away than they are. For frame after frame use a
+/// The frame is searched at half resolution, and once more at full resolution if one of the `wanted` markers is
+/// missing. Each marker's pattern is then aligned with the frame in linear light: on gamma-coded pixels a blurred edge
+/// moves towards the dark side, and markers appear up to 3 % farther away than they are. For frame after frame use a
 /// [`MarkerTracker`].
 pub fn detect_markers(
     detector: &mut dyn MarkerDetector,

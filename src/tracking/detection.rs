@@ -38,8 +38,8 @@ impl MarkerDetection {
         Err(TrackingError::NoDetector)
     }
 
-    /// Runs a tracker on the next frame of its camera and measures the time; now and then looks for markers in the mirror
-    /// image if none of the wanted ones is there. Waits while a frame of another camera is searched.
+    /// Runs a tracker on the next frame of its camera and measures the time; now and then looks for markers in the
+    /// mirror image if none of the wanted ones is there. Waits while a frame of another camera is searched.
     fn detect(
         &self,
         frame: &CameraFrame,

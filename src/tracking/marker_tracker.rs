@@ -65,8 +65,8 @@ struct Followed {
 impl MarkerTracker {
     /// Returns the markers in the next frame, with the corners where their whole pattern fits best in linear light.
     /// Searches the whole frame if one of the `wanted` ones is missing, at full resolution too in the first five frames
-    /// and then in one of five.
-    /// Without wanted markers, and for new ones beside them, one of fifteen frames is searched.
+    /// and then in one of five. Without wanted markers, and for new ones beside them, one of fifteen frames is
+    /// searched.
     pub fn detect(
         &mut self,
         detector: &mut dyn MarkerDetector,

@@ -39,8 +39,8 @@
 //! tracking resumes when the marker is detected again. It is held for a moment before it counts as lost.
 //!
 //! # Stillness
-//! The [`PoseFilter`] beside each anchor smooths the poses of live feeds: strongly at rest, hardly in motion. It runs on
-//! the times of capture.
+//! The [`PoseFilter`] beside each anchor smooths the poses of live feeds: strongly at rest, hardly in motion. It runs
+//! on the times of capture.
 //!
 //! # Several sheets with one number
 //! Each anchor stays with the sheet that it followed, by its place in the frame, also while that sheet is out of sight
@@ -50,10 +50,11 @@
 //! No marker can be read in a mirrored frame. [`DetectedMarkers::mirrored`] and a warning say so.
 //!
 //! # Accuracy
-//! Corners are where the whole pattern of a marker fits the frame best, in linear light. On the recorded desk (640 × 480,
-//! JPEG, the marker 80 pixels wide) the camera is off by 0.04° and 0.07 % of its distance in half of the frames, by 0.22°
-//! and 0.37 % at most; in path-traced frames of 1280 × 720 markers are off by less than 0.02° and 0.05 %. At rest, the
-//! filtered pose of a noisy marker (3 of 255, 100 pixels wide) has a standard deviation of 0.008° and 0.004 %.
+//! Corners are where the whole pattern of a marker fits the frame best, in linear light. On the recorded desk (640 ×
+//! 480, JPEG, the marker 80 pixels wide) the camera is off by 0.04° and 0.06 % of its distance in half of the frames,
+//! by 0.19° and 0.33 % at most; in path-traced frames of 1280 × 720 markers are off by less than 0.02° and 0.05 %. At
+//! rest, the filtered pose of a noisy marker (3 of 255, 100 pixels wide) has a standard deviation of 0.006° and 0.003
+//! %.
 //!
 //! # Range
 //! Share of 100 frames in which a marker is found that moves and sways (blur of 0.8 pixels, noise of 3 of 255), and the
@@ -82,8 +83,10 @@ mod detection;
 mod detector;
 mod error;
 mod family;
+mod filtered_pose;
 mod marker_tracker;
 mod marker_views;
+mod pattern;
 mod placement;
 mod pose;
 mod pose_filter;
@@ -96,7 +99,6 @@ mod same_number;
 mod sheet;
 mod track;
 
-pub use align_pattern::MarkerPattern;
 pub use anchor::{MarkerAnchor, WorldOrigin};
 #[cfg(feature = "apriltag")]
 pub use apriltag::AprilTagDetector;
@@ -110,6 +112,7 @@ pub use error::TrackingError;
 pub use family::{MarkerFamily, MarkerId};
 pub use marker_tracker::MarkerTracker;
 pub use marker_views::MarkerViews;
+pub use pattern::MarkerPattern;
 pub use pose::{MarkerPose, PoseCandidates};
 pub use pose_filter::{FilterUse, PoseFilter};
 #[cfg(feature = "apriltag")]

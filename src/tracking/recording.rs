@@ -2,7 +2,7 @@
 
 use super::{
     MarkerAnchor, MarkerId, MarkerTracker, MarkerTracking, MarkerViews, PoseFilter, detection::RunningDetection,
-    pose_filter::PoseHistories, same_number::FollowedSheets,
+    filtered_pose::PoseHistories, same_number::FollowedSheets,
 };
 use crate::camera::{ArCamera, CameraFeed, CameraFrame, FramePixels};
 use bevy::{ecs::observer::On, prelude::*};

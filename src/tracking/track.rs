@@ -4,8 +4,8 @@ use super::{
     DetectedMarkers, MarkerAnchor, MarkerBoard, MarkerId, MarkerState, MarkerTracking, MarkerViews, PoseFilter,
     Recorded, WorldOrigin,
     board_pose::AnchorPose,
+    filtered_pose::{FilteredPose, PoseHistories, PoseHistory},
     placement::Placement,
-    pose_filter::{FilteredPose, PoseHistories, PoseHistory},
     same_number::{FollowedSheets, SameNumber},
 };
 use crate::camera::{ArCamera, CameraFeed, CameraFrame, camera_rank};
