@@ -43,17 +43,19 @@ impl MarkerDetection {
     fn detect(
         &self,
         frame: &CameraFrame,
-        wanted: &[MarkerId],
+        groups: &[Vec<MarkerId>],
         last_mirrored: &[MarkerId],
         tracker: &mut MarkerTracker,
     ) -> DetectedMarkers {
+        let wanted = &groups.concat();
         // A detector that panicked once may work on the next frame.
         let mut detector = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let started = Instant::now();
         if let Err(error) = detector.set_families(&families_of(wanted)) {
             error_once!("MarkerDetection: {error}");
         }
-        let markers = tracker.detect(&mut *detector, &frame.pixels, wanted);
+        let missed = tracker.worth_a_search(groups);
+        let markers = tracker.detect(&mut *detector, &frame.pixels, &missed);
         let is_seen = markers.iter().any(|marker| wanted.contains(&marker.marker()));
         let mirrored = match () {
             () if wanted.is_empty() || is_seen => Vec::new(),
@@ -79,16 +81,15 @@ const MIRROR_INTERVAL: u64 = 30;
 
 type WantedAnchor = (Ref<'static, MarkerAnchor>, Option<Ref<'static, MarkerBoard>>);
 
-/// Markers of the valid anchors of the game and of their boards.
-fn wanted_markers(anchors: &Query<WantedAnchor>) -> Vec<MarkerId> {
-    let mut wanted = Vec::new();
-    for (anchor, board) in anchors.iter().filter(|(anchor, _)| anchor.check().is_ok()) {
-        wanted.push(anchor.marker());
-        if let Some(board) = board.filter(|board| board.check(&anchor).is_ok()) {
-            wanted.extend(board.markers.iter().map(BoardMarker::marker));
-        }
-    }
-    wanted
+/// Markers of each valid anchor of the game: its own and those of its board, any of which gives its pose.
+fn wanted_groups(anchors: &Query<WantedAnchor>) -> Vec<Vec<MarkerId>> {
+    let valid = anchors.iter().filter(|(anchor, _)| anchor.check().is_ok());
+    let markers = |(anchor, board): (Ref<MarkerAnchor>, Option<Ref<MarkerBoard>>)| {
+        let board = board.filter(|board| board.check(&anchor).is_ok());
+        let others = board.iter().flat_map(|board| &board.markers).map(BoardMarker::marker);
+        [anchor.marker()].into_iter().chain(others).collect()
+    };
+    valid.map(markers).collect()
 }
 
 /// Families to search for: those of the wanted markers, and tag36h11 if none are wanted.
@@ -144,12 +145,12 @@ pub(super) fn detect_in_background(
             camera.insert(frame);
             continue;
         };
-        let wanted = wanted_markers(&anchors);
+        let groups = wanted_groups(&anchors);
         let mirrored = last.map_or_else(Vec::new, |last| last.mirrored.clone());
         let maps = maps.clone();
         let search = async move {
             maps.undistort(&mut frame.pixels, lens.as_ref());
-            let detected = detection.detect(&frame, &wanted, &mirrored, &mut tracker);
+            let detected = detection.detect(&frame, &groups, &mirrored, &mut tracker);
             (frame, detected, tracker)
         };
         camera.insert(RunningDetection(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(search)));
@@ -168,20 +169,21 @@ pub(super) fn detect_at_once(
 ) {
     let anchors_changed =
         anchors.iter().any(|(anchor, board)| anchor.is_changed() || board.is_some_and(|board| board.is_changed()));
-    let wanted = wanted_markers(&anchors);
+    let groups = wanted_groups(&anchors);
     let is_due = |frame: &CameraFrame, last: Option<&DetectedMarkers>| {
         let Some(last) = last.filter(|last| last.sequence == frame.sequence) else {
             return true;
         };
         // An anchor that was added after the frame may need the search at full resolution.
-        anchors_changed && wanted.iter().any(|wanted| last.markers.iter().all(|marker| marker.marker() != *wanted))
+        let is_found = |wanted: &MarkerId| last.markers.iter().any(|marker| marker.marker() == *wanted);
+        anchors_changed && !groups.iter().flatten().all(is_found)
     };
     for (camera, frame, last, tracker) in &cameras {
         if !is_due(frame, last) {
             continue;
         }
         let Some(detection) = &detection else {
-            if !wanted.is_empty() {
+            if !groups.is_empty() {
                 warn_once!("{}", TrackingError::NoDetector);
             }
             return;
@@ -190,7 +192,7 @@ pub(super) fn detect_at_once(
         // A frame that was searched before is none that follows.
         let is_next = last.is_none_or(|last| last.sequence != frame.sequence);
         let mut tracker = tracker.filter(|_| is_next).cloned().unwrap_or_default();
-        let detected = detection.detect(frame, &wanted, mirrored, &mut tracker);
+        let detected = detection.detect(frame, &groups, mirrored, &mut tracker);
         commands.entity(camera).insert((detected, tracker));
     }
 }

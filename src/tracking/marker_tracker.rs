@@ -117,6 +117,17 @@ impl MarkerTracker {
         found
     }
 
+    /// The markers that are worth a search of the whole frame if they are missing: those of each group that are
+    /// followed, or all of a group of which none is. Of a box, some sides are always out of view.
+    pub(super) fn worth_a_search(&self, groups: &[Vec<MarkerId>]) -> Vec<MarkerId> {
+        let is_followed = |marker: &MarkerId| self.markers.iter().any(|followed| followed.marker.marker() == *marker);
+        let of_group = |group: &Vec<MarkerId>| {
+            let followed: Vec<MarkerId> = group.iter().copied().filter(is_followed).collect();
+            if followed.is_empty() { group.clone() } else { followed }
+        };
+        groups.iter().flat_map(of_group).collect()
+    }
+
     fn remember(&mut self, found: &[DetectedMarker]) {
         let last = std::mem::take(&mut self.markers);
         self.markers = found
@@ -176,10 +187,14 @@ impl Followed {
         let luma = frame.luma8_window(start, extent);
         let reduced = (side / MIN_REDUCED_SIDE).floor().clamp(1.0, 4.0) as f32;
         let center_expected = center(expected);
+        // A detector that does not look at its image is left to searches of the whole frame.
+        let is_inside =
+            |corner: &DVec2| corner.min_element() >= 0.0 && (extent.as_dvec2() - *corner).min_element() >= 0.0;
         let mut search = |decimation| {
             let candidates = detector.detect(LumaView::new(extent, &luma)?, decimation).into_iter();
             candidates
                 .filter(|candidate| candidate.marker() == self.marker.marker())
+                .filter(|candidate| candidate.corners.iter().all(is_inside))
                 .map(|candidate| DetectedMarker {
                     corners: candidate.corners.map(|corner| corner + start.as_dvec2()),
                     ..candidate
@@ -218,4 +233,54 @@ fn is_at_place_of(marker: &DetectedMarker, other: &DetectedMarker) -> bool {
 
 fn center(corners: &[DVec2; 4]) -> DVec2 {
     corners.iter().sum::<DVec2>() / 4.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tracking::MarkerFamily;
+
+    const SIZE: UVec2 = UVec2::new(160, 120);
+
+    /// Detector that sees marker 1 in the middle of all images, and counts searches of whole frames.
+    #[derive(Default)]
+    struct Middle {
+        searches: u32,
+    }
+
+    impl MarkerDetector for Middle {
+        fn detect(&mut self, image: LumaView, _decimation: f32) -> Vec<DetectedMarker> {
+            self.searches += u32::from(image.size() == SIZE);
+            let middle = 0.5 * image.size().as_dvec2();
+            let corners =
+                [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|corner| middle + DVec2::from(corner));
+            vec![DetectedMarker { family: MarkerFamily::Tag36h11, id: 1, corners, corrected_bits: 0 }]
+        }
+    }
+
+    /// Searches of whole frames while a number of frames is tracked.
+    fn searches(groups: &[&[u32]], frames: u32) -> u32 {
+        let frame = FramePixels::new(SIZE, vec![128; 4 * 160 * 120]).expect("as many bytes as the size says");
+        let groups: Vec<Vec<MarkerId>> =
+            groups.iter().map(|group| group.iter().map(|id| (*id).into()).collect()).collect();
+        let (mut detector, mut tracker) = (Middle::default(), MarkerTracker::default());
+        for _ in 0..frames {
+            let wanted = tracker.worth_a_search(&groups);
+            assert_eq!(tracker.detect(&mut detector, &frame, &wanted).len(), 1);
+        }
+        detector.searches
+    }
+
+    #[test]
+    fn a_marker_that_is_followed_costs_a_search_in_one_of_fifteen_frames() {
+        assert_eq!(searches(&[&[1]], 15), 1);
+        assert_eq!(searches(&[&[1]], 31), 3);
+    }
+
+    #[test]
+    fn a_missing_marker_is_searched_in_every_frame_but_not_the_hidden_sides_of_a_box() {
+        // At half resolution, and in six of ten frames at full resolution too.
+        assert_eq!(searches(&[&[1], &[2]], 10), 16);
+        assert_eq!(searches(&[&[1, 2, 3]], 10), 2);
+    }
 }

@@ -6,6 +6,8 @@ mod calibrate;
 mod composite;
 #[cfg(feature = "egui")]
 mod dance_stage;
+#[cfg(feature = "apriltag")]
+mod marker_sheet;
 mod no_renderer;
 mod picture_writers;
 #[cfg(feature = "egui")]

@@ -14,7 +14,7 @@ use bevy_mirrorball::{
     },
     prelude::*,
     probe::ProbePlugin,
-    tracking::TrackingPlugin,
+    tracking::{PoseFilter, TrackingPlugin},
 };
 use std::time::Duration;
 
@@ -118,7 +118,12 @@ fn the_checklist_leads_from_nothing_to_measured_light() {
 
     let dark = FramePixels::new(UVec2::new(640, 480), vec![0; 640 * 480 * 4]).expect("fits");
     app.world_mut().get_mut::<Transform>(ball).expect("has one").translation.y = 5.0;
-    app.world_mut().entity_mut(camera).insert(CameraFeed::pixels(dark).with_pace(FeedPace::Lockstep));
+    let dark = CameraFeed::pixels(dark).with_pace(FeedPace::Lockstep);
+    app.world_mut().entity_mut(camera).insert(dark.clone());
+    app.update();
+    expect(&mut app, "marker", Good, "out of view for a moment");
+    app.world_mut().entity_mut(anchor).insert(PoseFilter { lost_after: Duration::ZERO, ..default() });
+    app.world_mut().entity_mut(camera).insert(dark);
     app.update();
     expect(&mut app, "marker", Missing, "is lost, its last pose stays");
     expect(&mut app, "ball", Missing, "the last light stays");
