@@ -11,7 +11,7 @@ use crate::{camera::FramePixels, luminance::luminance};
 use bevy::math::{DMat3, DVec2, DVec3, DVec4, Vec4};
 
 /// Number of pixels that are compared at most, roughly. More would not make corners better than the paper is flat.
-const MAX_PIXELS: f64 = 8000.0;
+const MAX_PIXELS: f64 = 6500.0;
 /// Half of the width of a blurred edge at the start, and its bounds, in pixels.
 const START_BLUR: f64 = 1.4;
 /// Error in pixels of the corners at the start, up to which all edges take part.
@@ -141,15 +141,17 @@ impl<'a> Fit<'a> {
         let low = outline.iter().copied().reduce(DVec2::min).unwrap_or_default().max(DVec2::ZERO);
         let high = outline.iter().copied().reduce(DVec2::max).unwrap_or_default().min(frame.size.as_dvec2());
         let area = (high - low).max(DVec2::ZERO).element_product();
-        let stride = (area / MAX_PIXELS).ceil().max(1.0) as u32;
+        let stride = (area / MAX_PIXELS).max(1.0);
         // Edges count within reach of the start's error.
         let reach = (START_BLUR + START_ERROR) / START_BLUR;
         let mut pixels = Vec::new();
         for y in low.y as u32..high.y as u32 {
             // Every row and every column takes part, or sharp edges along them would have room to move.
-            let first = low.x as u32 + ((f64::from(y) * GOLDEN_RATIO).fract() * f64::from(stride)) as u32;
+            let first = low.x.floor() + (f64::from(y) * GOLDEN_RATIO).fract() * stride;
+            let columns = ((high.x.floor() - first) / stride).ceil().max(0.0) as u32;
 
-            for x in (first..high.x as u32).step_by(stride as usize) {
+            for column in 0..columns {
+                let x = (first + f64::from(column) * stride) as u32;
                 let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 let at = (center - self.middle) / self.scale;
                 let (cell, depth) = self.cell_at(at);

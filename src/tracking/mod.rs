@@ -50,11 +50,11 @@
 //! No marker can be read in a mirrored frame. [`DetectedMarkers::mirrored`] and a warning say so.
 //!
 //! # Accuracy
-//! Corners are where the whole pattern of a marker fits the frame best, in linear light. On the recorded desk (640 ×
-//! 480, JPEG, the marker 80 pixels wide) the camera is off by 0.04° and 0.06 % of its distance in half of the frames,
-//! by 0.19° and 0.33 % at most; in path-traced frames of 1280 × 720 markers are off by less than 0.02° and 0.05 %. At
-//! rest, the filtered pose of a noisy marker (3 of 255, 100 pixels wide) has a standard deviation of 0.006° and 0.003
-//! %.
+//! Corners are where the whole pattern of a marker fits the frame best, in linear light. On the recorded desk
+//! (640 × 480, JPEG, the marker 80 pixels wide) the camera is off by 0.03° and 0.05 % of its distance in half of the
+//! frames, by 0.18° and 0.3 % at most; in path-traced frames of 1280 × 720 markers are off by less than 0.03° and
+//! 0.05 %. At rest, the filtered pose of a noisy marker (3 of 255, 100 pixels wide) has a standard deviation of 0.006°
+//! and 0.003 %.
 //!
 //! # Range
 //! Share of 100 frames in which a marker is found that moves and sways (blur of 0.8 pixels, noise of 3 of 255), and the
@@ -66,9 +66,10 @@
 //! | error in % | – | 0.55 | 0.51 | 0.27 | 0.32 | 0.22 | 0.09 | 0.08 | 0.05 | 0.02 |
 //!
 //! # Cost
-//! A search takes about 10 ms of CPU for a 640 × 480 frame and 37 ms for 1280 × 720; four times that if a wanted marker
-//! is not detected at half resolution. A marker that is followed from frame to frame takes 1 ms in both. It all runs in
-//! the background for live feeds (`benches/tracking`).
+//! A search takes 6 to 12 ms of CPU for a 640 × 480 frame and 25 to 40 ms for 1280 × 720 (with and without
+//! optimization); four times that if a wanted marker is not detected at half resolution. A marker that is followed from
+//! frame to frame takes 1 to 3 ms in both. It all runs in the background for live feeds (`cargo bench --bench
+//! tracking`).
 
 mod align_pattern;
 mod anchor;
