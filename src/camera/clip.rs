@@ -1,7 +1,6 @@
 //! Recorded clips: a folder of images and a sidecar file.
 
 use super::{CameraError, Intrinsics, bracketing::is_exposure, calibration::IntrinsicsFields};
-use crate::tracking::Recorded;
 use bevy::prelude::*;
 use serde::Deserialize;
 use std::{
@@ -43,9 +42,13 @@ pub struct Clip {
     pub exposures: Vec<f32>,
     /// Time of capture of each file after the first, in seconds. Empty if they are `1 / frame_rate` apart.
     pub times: Vec<f64>,
-    /// How markers were tracked in a recording.
-    pub(crate) recorded: Option<Recorded>,
+    /// How markers were tracked in a recording, for [`tracking`](crate::tracking) to read.
+    pub(super) tracking: Option<serde_json::Value>,
 }
+
+/// What the sidecar of a recording says of tracking; on the entity of the camera that plays it.
+#[derive(Component, Clone, Debug)]
+pub(crate) struct SidecarTracking(pub(crate) serde_json::Value);
 
 /// Name of the sidecar in the folder of a clip.
 const SIDECAR: &str = "clip.json";
@@ -60,7 +63,7 @@ struct Sidecar {
     pattern: Option<String>,
     exposures: Option<Vec<f32>>,
     times: Option<Vec<f64>>,
-    tracking: Option<Recorded>,
+    tracking: Option<serde_json::Value>,
 }
 
 impl Clip {
@@ -121,7 +124,7 @@ impl Clip {
             let expected = "a list of as many ascending times in seconds, from 0, as the clip has frames";
             return Err(wrong("times", format!("a list of {}", times.len()), expected));
         }
-        Ok(Self { files, frame_rate: sidecar.fps, size, intrinsics, exposures, times, recorded: sidecar.tracking })
+        Ok(Self { files, frame_rate: sidecar.fps, size, intrinsics, exposures, times, tracking: sidecar.tracking })
     }
 
     /// File of a step and the time at which it is due. The clip repeats forever.

@@ -5,7 +5,6 @@ use super::{
     image_file::Decoded,
     source::{Arrival, FrameSource, SourceFrame},
 };
-use crate::tracking::Recorded;
 use bevy::{
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
@@ -72,8 +71,8 @@ impl ClipSource {
 }
 
 impl FrameSource for ClipSource {
-    fn recorded(&self) -> Option<&Recorded> {
-        self.clip.recorded.as_ref()
+    fn tracking(&self) -> Option<&serde_json::Value> {
+        self.clip.tracking.as_ref()
     }
 
     fn poll(&mut self, now: Duration) -> Arrival {

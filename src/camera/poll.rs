@@ -7,13 +7,13 @@
 
 use super::{
     ArCamera, BracketedFrame, BracketedFrames, CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics,
+    clip::SidecarTracking,
     image_feed::{ImageReader, ImageSlot},
     open_feed::{OpenFeed, open},
     source::SourceFrame,
     texture_limit::ReportedSizes,
     undistort::UndistortionMaps,
 };
-use crate::tracking::Recorded;
 use bevy::{ecs::observer::On, prelude::*, render::renderer::RenderDevice};
 
 /// Marks apps in which live frames become [`CameraFrame`]s only after marker detection. Inserted by
@@ -33,14 +33,14 @@ pub(super) fn open_feeds(
     readers: Query<(), With<ImageReader>>,
 ) {
     for (camera, feed, mut state, children) in &mut feeds {
-        commands.entity(camera).remove::<(OpenFeed, ImageSlot, Recorded)>();
+        commands.entity(camera).remove::<(OpenFeed, ImageSlot, SidecarTracking)>();
         for reader in children.into_iter().flatten().filter(|child| readers.contains(**child)) {
             commands.entity(*reader).despawn();
         }
         match open(feed) {
             Ok((source, slot)) => {
-                if let Some(recorded) = source.0.recorded() {
-                    commands.entity(camera).insert(recorded.clone());
+                if let Some(tracking) = source.0.tracking() {
+                    commands.entity(camera).insert(SidecarTracking(tracking.clone()));
                 }
                 commands.entity(camera).insert(source);
                 if let Some(slot) = slot {
@@ -64,7 +64,7 @@ pub(super) fn close_feed(
         commands.entity(*reader).try_despawn();
     }
     if let Ok(mut camera) = commands.get_entity(removed.entity) {
-        camera.try_remove::<(OpenFeed, ImageSlot, ArrivingFrame)>();
+        camera.try_remove::<(OpenFeed, ImageSlot, SidecarTracking, ArrivingFrame)>();
     }
 }
 

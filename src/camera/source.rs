@@ -1,7 +1,6 @@
 //! Interface of frame sources, which feeds poll once per update.
 
 use super::{CameraError, FeedState, FramePixels, Intrinsics};
-use crate::tracking::Recorded;
 use bevy::prelude::*;
 use std::{sync::Arc, time::Duration};
 
@@ -11,7 +10,7 @@ pub(super) trait FrameSource: Send + Sync {
     fn poll(&mut self, now: Duration) -> Arrival;
 
     /// How markers were tracked when the source was recorded, if it is a recording.
-    fn recorded(&self) -> Option<&Recorded> {
+    fn tracking(&self) -> Option<&serde_json::Value> {
         None
     }
 }

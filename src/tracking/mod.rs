@@ -123,7 +123,6 @@ pub use recording::FrameRecorder;
 pub use sheet::{MarkerSheet, PaperSize};
 
 pub(crate) use marker_views::SeenMarker;
-pub(crate) use recording::Recorded;
 
 use crate::{
     MirrorballSystems,
@@ -229,6 +228,8 @@ impl Plugin for TrackingPlugin {
             .init_resource::<FramesAwaitTracking>()
             .init_resource::<UndistortionMaps>()
             .add_observer(recording::forget_past)
+            .add_observer(recording::read_sidecar)
+            .add_observer(recording::forget_sidecar)
             .add_systems(
                 PreUpdate,
                 (

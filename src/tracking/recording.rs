@@ -4,7 +4,7 @@ use super::{
     MarkerAnchor, MarkerId, MarkerTracker, MarkerTracking, MarkerViews, PoseFilter, detection::RunningDetection,
     filtered_pose::PoseHistories, same_number::FollowedSheets,
 };
-use crate::camera::{ArCamera, CameraFeed, CameraFrame, FramePixels};
+use crate::camera::{ArCamera, CameraFeed, CameraFrame, FramePixels, SidecarTracking};
 use bevy::{ecs::observer::On, prelude::*};
 use image::{
     ExtendedColorType, ImageEncoder,
@@ -92,7 +92,7 @@ fn report(folder: &Path, error: &Mutex<Option<String>>, reason: &str) {
 
 /// What a sidecar says of the tracking at the time of the recording.
 #[derive(Component, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Recorded {
+pub(super) struct Recorded {
     /// Whether the feed was live.
     is_live: bool,
     filters: Vec<RecordedFilter>,
@@ -111,6 +111,32 @@ impl Recorded {
         let recorded = self.filters.iter().find(|recorded| recorded.marker == marker);
         let filter = recorded.map_or(*of_anchor, |recorded| recorded.filter);
         (filter, filter.applies_to(self.is_live))
+    }
+}
+
+/// Reads how a recording was tracked, when a camera begins to play it.
+pub(super) fn read_sidecar(
+    inserted: On<Insert, SidecarTracking>,
+    mut commands: Commands,
+    sidecars: Query<&SidecarTracking>,
+) {
+    let camera = inserted.entity;
+    let Ok(sidecar) = sidecars.get(camera) else { return };
+    match serde_json::from_value::<Recorded>(sidecar.0.clone()) {
+        Ok(recorded) => {
+            commands.entity(camera).try_insert(recorded);
+        }
+        Err(error) => warn!(
+            "camera {camera}: \"tracking\" in clip.json cannot be read: {error}. Poses are filtered as the anchors say; record \
+             again to repair it"
+        ),
+    }
+}
+
+/// Forgets it when the camera plays something else.
+pub(super) fn forget_sidecar(removed: On<Remove, SidecarTracking>, mut commands: Commands) {
+    if let Ok(mut camera) = commands.get_entity(removed.entity) {
+        camera.try_remove::<Recorded>();
     }
 }
 

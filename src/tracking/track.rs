@@ -2,10 +2,11 @@
 
 use super::{
     DetectedMarkers, MarkerAnchor, MarkerBoard, MarkerId, MarkerState, MarkerTracking, MarkerViews, PoseFilter,
-    Recorded, WorldOrigin,
+    WorldOrigin,
     board_pose::AnchorPose,
     filtered_pose::{FilteredPose, PoseHistories, PoseHistory},
     placement::Placement,
+    recording::Recorded,
     same_number::{FollowedSheets, SameNumber},
 };
 use crate::camera::{ArCamera, CameraFeed, CameraFrame, camera_rank};

@@ -93,3 +93,18 @@ fn a_folder_that_cannot_be_written_is_an_error_of_the_recorder() {
     };
     assert!(error.contains("a_file_and_no_folder"), "{error}");
 }
+
+#[test]
+fn a_sidecar_with_unreadable_tracking_plays_as_a_clip() {
+    let folder = scratch("unreadable_tracking");
+    std::fs::create_dir_all(&folder).expect("created");
+    std::fs::copy("assets/desk_clip/frame_000.jpg", folder.join("frame_000.jpg")).expect("shipped");
+    let sidecar = r#"{"image": [640, 480], "fps": 15, "tracking": {"is_live": "yes"}}"#;
+    std::fs::write(folder.join("clip.json"), sidecar).expect("written");
+    let mut app = app();
+    let feed = CameraFeed::clip(&folder).with_pace(FeedPace::Lockstep);
+    app.world_mut().spawn((ArCamera::new(INTRINSICS.scaled_to(UVec2::new(640, 480))), feed));
+    let anchor = app.world_mut().spawn(MarkerAnchor::new(0, 0.1)).id();
+    app.update();
+    assert!(camera_from_marker(&app, anchor).translation.is_finite());
+}
