@@ -158,6 +158,7 @@ pub mod authoring;
 pub mod debug;
 mod compute_pass;
 mod device;
+mod frame_tasks;
 mod image_files;
 mod least_squares;
 mod luminance;

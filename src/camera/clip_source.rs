@@ -5,9 +5,10 @@ use super::{
     image_file::Decoded,
     source::{Arrival, FrameSource, SourceFrame},
 };
+use crate::frame_tasks::spawn_for_frame;
 use bevy::{
     prelude::*,
-    tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
+    tasks::{Task, futures::check_ready},
 };
 use std::{ops::RangeInclusive, path::Path, time::Duration};
 
@@ -99,8 +100,7 @@ impl FrameSource for ClipSource {
                 (self.newest_of_each(due).into_iter()).map(|step| (step, self.clip.step(step).0.to_owned())).collect();
             let decode =
                 async move { files.into_iter().map(|(step, file)| (step, Decoded::from_file(&file))).collect() };
-            let task = AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(decode);
-            self.running = Some(RunningSteps { task, skipped: shown.saturating_sub(1) });
+            self.running = Some(RunningSteps { task: spawn_for_frame(decode), skipped: shown.saturating_sub(1) });
             self.next_step = newest_step + 1;
         }
         arrival

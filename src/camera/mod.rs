@@ -230,6 +230,7 @@ impl Plugin for CameraPlugin {
                         undistort::reopen_stills,
                         poll::open_feeds,
                         image_feed::watch_images.run_if(has_images),
+                        poll::keep_undistorted_brackets,
                         poll::poll_feeds,
                         texture_limit::limit_frames,
                     )

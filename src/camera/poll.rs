@@ -3,7 +3,7 @@
 //! A frame takes one of two ways. Without tracking, or in lockstep, it becomes the [`CameraFrame`] at once. Where
 //! [`FramesAwaitTracking`] exists, a live frame becomes an [`ArrivingFrame`], which tracking replaces by a
 //! [`CameraFrame`] when the markers in it are detected. Frames of the first way are undistorted here, those of the
-//! second by tracking.
+//! second by tracking. Bracketed frames of live feeds are undistorted in the background.
 
 use super::{
     ArCamera, BracketedFrame, BracketedFrames, CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics,
@@ -14,7 +14,14 @@ use super::{
     texture_limit::ReportedSizes,
     undistort::UndistortionMaps,
 };
-use bevy::{ecs::observer::On, prelude::*, render::renderer::RenderDevice};
+use crate::frame_tasks::spawn_for_frame;
+use bevy::{
+    ecs::observer::On,
+    prelude::*,
+    render::renderer::RenderDevice,
+    tasks::{Task, futures::check_ready},
+};
+use std::collections::VecDeque;
 
 /// Marks apps in which live frames become [`CameraFrame`]s only after marker detection. Inserted by
 /// [`tracking`](crate::tracking).
@@ -27,13 +34,17 @@ pub(crate) struct ArrivingFrame(pub(crate) CameraFrame);
 
 type ChangedFeed = (Entity, &'static CameraFeed, &'static mut FeedState, Option<&'static Children>);
 
+/// Bracketed frames that are being undistorted, in the order in which they were taken.
+#[derive(Component, Default)]
+pub(super) struct UndistortingBrackets(VecDeque<Task<BracketedFrame>>);
+
 pub(super) fn open_feeds(
     mut commands: Commands,
     mut feeds: Query<ChangedFeed, Changed<CameraFeed>>,
     readers: Query<(), With<ImageReader>>,
 ) {
     for (camera, feed, mut state, children) in &mut feeds {
-        commands.entity(camera).remove::<(OpenFeed, ImageSlot, SidecarTracking)>();
+        commands.entity(camera).remove::<(OpenFeed, ImageSlot, SidecarTracking, UndistortingBrackets)>();
         for reader in children.into_iter().flatten().filter(|child| readers.contains(**child)) {
             commands.entity(*reader).despawn();
         }
@@ -64,7 +75,7 @@ pub(super) fn close_feed(
         commands.entity(*reader).try_despawn();
     }
     if let Ok(mut camera) = commands.get_entity(removed.entity) {
-        camera.try_remove::<(OpenFeed, ImageSlot, SidecarTracking, ArrivingFrame)>();
+        camera.try_remove::<(OpenFeed, ImageSlot, SidecarTracking, ArrivingFrame, UndistortingBrackets)>();
     }
 }
 
@@ -117,21 +128,33 @@ pub(super) fn poll_feeds(
         for frame in arrival.frame.iter_mut().chain(&mut arrival.bracketed) {
             reported.limit(camera, &mut frame.pixels, device.as_deref());
         }
-        let undistort = |frame: &mut SourceFrame| {
-            let lens = ar_camera.and_then(|camera| camera.distorting_lens(frame.intrinsics, frame.pixels.size));
-            maps.undistort(&mut frame.pixels, lens.as_ref());
-        };
-        for mut frame in arrival.bracketed {
-            undistort(&mut frame);
+        let lens_of = |frame: &SourceFrame| ar_camera?.distorting_lens(frame.intrinsics, frame.pixels.size);
+        for frame in arrival.bracketed {
             statistics.bracketed += 1;
-            keep_bracketed(&mut commands, camera, feed, frame);
+            let lens = lens_of(&frame);
+            let SourceFrame { pixels, captured, exposure, .. } = frame;
+            let mut frame = BracketedFrame { pixels, exposure: exposure * feed.exposure, captured };
+            if lens.is_some() && feed.pace == FeedPace::Live {
+                let maps = maps.clone();
+                let undistort = async move {
+                    maps.undistort(&mut frame.pixels, lens.as_ref());
+                    frame
+                };
+                let task = spawn_for_frame(undistort);
+                let add = move |mut waiting: Mut<UndistortingBrackets>| waiting.0.push_back(task);
+                commands.entity(camera).entry::<UndistortingBrackets>().or_default().and_modify(add);
+            } else {
+                maps.undistort(&mut frame.pixels, lens.as_ref());
+                keep_bracketed(&mut commands.entity(camera), frame);
+            }
         }
         let Some(mut source_frame) = arrival.frame else {
             continue;
         };
         let awaits_tracking = awaits_tracking.is_some() && feed.pace == FeedPace::Live;
         if !awaits_tracking {
-            undistort(&mut source_frame);
+            let lens = lens_of(&source_frame);
+            maps.undistort(&mut source_frame.pixels, lens.as_ref());
         }
         statistics.note_frame(arrival.dropped, source_frame.captured, source_frame.decode_time);
         let frame = CameraFrame {
@@ -150,9 +173,19 @@ pub(super) fn poll_feeds(
     }
 }
 
-fn keep_bracketed(commands: &mut Commands, camera: Entity, feed: &CameraFeed, frame: SourceFrame) {
-    let SourceFrame { pixels, captured, exposure, .. } = frame;
-    let frame = BracketedFrame { pixels, exposure: exposure * feed.exposure, captured };
-    let mut camera = commands.entity(camera);
+/// Keeps bracketed frames that are undistorted now.
+pub(super) fn keep_undistorted_brackets(
+    mut commands: Commands,
+    mut cameras: Query<(Entity, &mut UndistortingBrackets)>,
+) {
+    for (camera, mut brackets) in &mut cameras {
+        while let Some(frame) = brackets.0.front_mut().and_then(check_ready) {
+            brackets.0.pop_front();
+            keep_bracketed(&mut commands.entity(camera), frame);
+        }
+    }
+}
+
+fn keep_bracketed(camera: &mut EntityCommands, frame: BracketedFrame) {
     camera.entry::<BracketedFrames>().or_default().and_modify(move |mut frames| frames.insert(frame));
 }

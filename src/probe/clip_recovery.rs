@@ -1,6 +1,7 @@
 //! Recovery of clipped light: the gain of a ball's clipped pixels, from the brightness of the marker's paper.
 
 use super::{
+    ball_points::BallPoints,
     ball_view::{BallView, EDGE_MARGIN_PIXELS},
     clipping::gain_limits,
 };
@@ -102,6 +103,7 @@ impl PaperAndBall<'_> {
     /// Cosine-weighted sum of the radiance that the ball shows, over the hemisphere about the paper's normal.
     fn irradiance(&self) -> [Irradiance; 3] {
         let edge_angle = self.ball.edge_angle(&self.posed.intrinsics, EDGE_MARGIN_PIXELS);
+        let points = BallPoints::new(self.ball, edge_angle);
         let mut channels = [const { Irradiance { as_seen: 0.0, clipped: Vec::new() } }; 3];
         for (dir_world, solid_angle) in cube_directions(CUBE_EDGE) {
             let dir_camera = self.posed.camera_from_world.transform_vector3(dir_world);
@@ -110,7 +112,7 @@ impl PaperAndBall<'_> {
                 continue;
             }
             let weight = cosine * solid_angle / (PI * self.reflectance);
-            if let Some(pixel) = self.posed.intrinsics.project(self.ball.surface_point(dir_camera, edge_angle)) {
+            if let Some(pixel) = self.posed.intrinsics.project(points.surface_point(dir_camera)) {
                 self.add_bilinear(&mut channels, pixel, weight, cosine);
             }
         }

@@ -3,6 +3,7 @@
 use super::{
     ball_view::BallView,
     clip_recovery::ClipRecovery,
+    clip_task::ClipTask,
     history::HistoryHint,
     light_probe_sphere::{LightProbeSphere, UniformSky},
     observer::{Observer, Observing, choose_observer},
@@ -10,8 +11,8 @@ use super::{
     solids::{Surroundings, solids_of},
 };
 use crate::{camera::PosedFrame, phantom::StageRole};
-use bevy::{camera::primitives::Aabb, prelude::*};
-use std::{sync::Arc, time::Instant};
+use bevy::{camera::primitives::Aabb, platform::time::Instant, prelude::*};
+use std::{sync::Arc, time::Duration};
 
 type ProbeItem = (
     Ref<'static, LightProbeSphere>,
@@ -20,6 +21,7 @@ type ProbeItem = (
     Option<Ref<'static, UniformSky>>,
     &'static mut ProbeMeasurement,
     &'static mut HistoryHint,
+    &'static mut ClipTask,
 );
 
 pub(super) fn measure_probes(
@@ -30,7 +32,10 @@ pub(super) fn measure_probes(
     let observers = observing.observers();
     let marker_changed = observing.is_marker_changed();
     let solids = solids_of(phantoms.iter());
-    for (probe, clip_recovery, transform, uniform_sky, mut measurement, mut hint) in &mut probes {
+    for (probe, clip_recovery, transform, uniform_sky, mut measurement, mut hint, mut clip_task) in &mut probes {
+        if let Some(clipping) = clip_task.finished() {
+            measurement.set_clipping(&clipping);
+        }
         let center = transform.translation();
         let last_camera = measurement.view.map(|view| view.camera);
         let Some(observer) = choose_observer(&observers, last_camera, center, probe.radius) else {
@@ -61,8 +66,21 @@ pub(super) fn measure_probes(
             continue;
         }
         let started = Instant::now();
-        let mut measured =
+        let is_next = observer.is_live && measurement.is_in_view && measurement.sequence != frame.sequence;
+        let (mut measured, clipped_ball) =
             observer.measure(&probe, &clip_recovery, center_camera, uniform_sky.as_deref(), measurement.gain);
+        match clipped_ball {
+            // The light of a room hardly changes within a frame.
+            Some(clipped_ball) if is_next => {
+                measured.clipped_fraction = measurement.clipped_fraction;
+                clip_task.measure_soon(clipped_ball);
+            }
+            clipped_ball => {
+                if let Some(clipping) = clip_task.measure_now(clipped_ball.as_ref()) {
+                    measured.set_clipping(&clipping);
+                }
+            }
+        }
         if let (true, Some(view), Some(ball)) =
             (measured.is_in_view, &measured.view, BallView::new(center_camera, probe.radius))
         {
@@ -73,7 +91,7 @@ pub(super) fn measure_probes(
         }
         let measured = ProbeMeasurement {
             sequence: frame.sequence,
-            cpu_time: started.elapsed(),
+            cpu_time: started.elapsed() + if is_next { clip_task.cpu_time } else { Duration::ZERO },
             // A ball out of view is a valid state: the environment keeps what was seen last.
             view: measured.view.or(measurement.view),
             ..measured

@@ -32,15 +32,18 @@
 //! returns a gain per direction, which replaces this one a frame later (in lockstep at once).
 //!
 //! # Cost
-//! On the CPU 12 000 lookups in each new frame for the clip recovery, and 216 to detect changes.
+//! On the CPU 12 000 lookups in each new frame for the clip recovery, and 216 to detect changes. The first run in the
+//! background for live frames that follow one another: [`ProbeMeasurement::gain`] is that of the frame before then.
 //!
 //! # Limits
 //! Phantoms hide as much as the boxes around their meshes, which is a little too much for round ones.
 
 mod ball_photo;
+mod ball_points;
 mod ball_view;
 mod choose_fallbacks;
 mod clip_recovery;
+mod clip_task;
 mod clipping;
 mod ellipse;
 mod fallback;

@@ -2,15 +2,15 @@
 
 use super::{
     ball_view::{BallView, EDGE_MARGIN_PIXELS},
-    clip_recovery::{ClipRecovery, PaperAndBall},
-    clipping::is_clipped,
+    clip_recovery::ClipRecovery,
+    clip_task::{ClippedBall, SeenPaper},
     ellipse::Ellipse,
     light_probe_sphere::{LightProbeSphere, UniformSky},
     paper::paper_radiance,
     probe_measurement::{ProbeMeasurement, ProbeView},
 };
 use crate::{
-    camera::{ArCamera, CameraFrame, FramePixels, Intrinsics, PosedFrame, camera_rank, world_from_camera},
+    camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, Intrinsics, PosedFrame, camera_rank, world_from_camera},
     tracking::SeenMarker,
 };
 use bevy::{ecs::system::SystemParam, math::Affine3A, prelude::*};
@@ -22,7 +22,14 @@ const MIN_VISIBLE_FRACTION_FOR_GAIN: f32 = 0.9;
 /// Radius in the frame from which a ball is usable, in pixels.
 const MIN_RADIUS_PIXELS: f32 = 6.0;
 
-type MeasuringCamera = (Entity, &'static Camera, &'static ArCamera, &'static CameraFrame, &'static GlobalTransform);
+type MeasuringCamera = (
+    Entity,
+    &'static Camera,
+    &'static ArCamera,
+    &'static CameraFrame,
+    &'static GlobalTransform,
+    Option<&'static CameraFeed>,
+);
 
 /// The cameras whose frames can show balls, and the markers in them.
 #[derive(SystemParam)]
@@ -40,8 +47,9 @@ impl Observing<'_, '_> {
         sorted.sort_by_key(|(entity, camera, ..)| (!is_posed(*entity), camera_rank(*entity, camera)));
         sorted
             .into_iter()
-            .map(|(camera, _, ar_camera, frame, place)| Observer {
+            .map(|(camera, _, ar_camera, frame, place, feed)| Observer {
                 camera,
+                is_live: feed.is_some_and(|feed| feed.pace() == FeedPace::Live),
                 is_posed: is_posed(camera),
                 frame,
                 posed: PosedFrame {
@@ -63,6 +71,8 @@ impl Observing<'_, '_> {
 /// A frame in which balls can be measured, and the marker seen in it: its pose in camera space and its size in meters.
 pub(super) struct Observer<'a> {
     pub(super) camera: Entity,
+    /// Whether frames come when they come, and nothing waits for what is measured in them.
+    pub(super) is_live: bool,
     /// Whether the camera has seen a marker.
     pub(super) is_posed: bool,
     pub(super) frame: &'a CameraFrame,
@@ -94,7 +104,8 @@ fn is_usable(ball: &BallView, outline: &Ellipse, intrinsics: &Intrinsics, frame_
 }
 
 impl Observer<'_> {
-    /// Measures a ball in the frame.
+    /// Measures a ball in the frame. What it shows of clipped light is measured apart, in the second result; until
+    /// then it counts as it did in the measurement before.
     pub(super) fn measure(
         &self,
         probe: &LightProbeSphere,
@@ -102,30 +113,36 @@ impl Observer<'_> {
         center_camera: Vec3,
         uniform_sky: Option<&UniformSky>,
         last_gain: Vec3,
-    ) -> ProbeMeasurement {
+    ) -> (ProbeMeasurement, Option<ClippedBall>) {
         let mut measured = ProbeMeasurement { gain: Vec3::ONE, ..default() };
         let PosedFrame { frame, intrinsics, camera_from_world, .. } = self.posed;
         let Some(ball) = BallView::new(center_camera, probe.radius) else {
-            return measured;
+            return (measured, None);
         };
         measured.outline = ball.outline(&intrinsics);
-        let visible = visible_fraction(&measured.outline, frame.size);
         measured.is_in_view = is_usable(&ball, &measured.outline, &intrinsics, frame.size);
         if !measured.is_in_view {
-            return measured;
+            return (measured, None);
         }
         let reflectance = probe.reflectance.clamp(0.01, 1.0);
-        measured.clipped_fraction = clipped_fraction(frame, &measured.outline);
         measured.paper = self.seen_marker.and_then(|(pose, size)| paper_radiance(frame, &intrinsics, &pose, size));
         let up_camera = self.seen_marker.map(|(pose, _)| pose.transform_vector3(Vec3::Y).normalize());
-        if let (true, Some(paper), Some(up_camera)) = (clip_recovery.is_enabled, measured.paper, up_camera) {
-            let view = PaperAndBall { posed: self.posed, ball: &ball, reflectance, normal_camera: up_camera };
-            let is_whole = visible >= MIN_VISIBLE_FRACTION_FOR_GAIN;
-            measured.gain = if is_whole { view.gain(paper, clip_recovery) } else { last_gain.max(Vec3::ONE) };
-        } else if clip_recovery.is_enabled && self.is_posed {
-            // Something hides the paper, which does not change the light.
+        let paper = measured.paper.zip(up_camera).filter(|_| clip_recovery.is_enabled);
+        if clip_recovery.is_enabled && (paper.is_some() || self.is_posed) {
+            // Where something hides the paper, the light has not changed.
             measured.gain = last_gain.max(Vec3::ONE);
         }
+        let is_whole = visible_fraction(&measured.outline, frame.size) >= MIN_VISIBLE_FRACTION_FOR_GAIN;
+        let seen_paper = |(radiance, normal_camera)| SeenPaper { radiance, normal_camera, recovery: *clip_recovery };
+        let clipped_ball = ClippedBall {
+            pixels: self.frame.pixels.clone(),
+            intrinsics,
+            camera_from_world,
+            ball,
+            outline: measured.outline,
+            reflectance,
+            paper: paper.filter(|_| is_whole).map(seen_paper),
+        };
         let gray = |paper: Vec3| Vec3::splat(paper.element_sum() / (3.0 * clip_recovery.paper_reflectance));
         measured.view = Some(ProbeView {
             camera: self.camera,
@@ -140,7 +157,7 @@ impl Observer<'_> {
             up_camera: up_camera.unwrap_or_default(),
             uniform_radiance: uniform_sky.map(|sky| sky.radiance.or(measured.paper.map(gray)).unwrap_or(Vec3::ONE)),
         });
-        measured
+        (measured, Some(clipped_ball))
     }
 }
 
@@ -151,21 +168,4 @@ fn visible_fraction(outline: &Ellipse, frame_size: UVec2) -> f32 {
     let high = (outline.center + half).min(frame_size.as_vec2());
     let inside = (high - low).max(Vec2::ZERO);
     inside.element_product() / (4.0 * half.element_product())
-}
-
-/// Fraction of the pixels inside an outline that are clipped.
-fn clipped_fraction(frame: &FramePixels, outline: &Ellipse) -> f32 {
-    let half = outline.half_extent();
-    let low = (outline.center - half).max(Vec2::ZERO).as_ivec2();
-    let high = (outline.center + half).min(frame.size.as_vec2() - 1.0).as_ivec2();
-    let (mut clipped, mut all) = (0u32, 0u32);
-    for y in low.y..=high.y {
-        for x in low.x..=high.x {
-            if outline.contains(Vec2::new(x as f32 + 0.5, y as f32 + 0.5)) {
-                all += 1;
-                clipped += u32::from(is_clipped(frame, x, y));
-            }
-        }
-    }
-    clipped as f32 / all.max(1) as f32
 }

@@ -117,7 +117,11 @@ impl Observer<'_> {
         if is_same_frame && last.is_some_and(|last| last.is_of(center_camera, sphere, sky, &surroundings)) {
             return None;
         }
-        let view = self.measure(sphere, clip_recovery, center_camera, sky, last_gain).view?;
+        let (mut measured, clipped_ball) = self.measure(sphere, clip_recovery, center_camera, sky, last_gain);
+        if let Some(clipped_ball) = clipped_ball {
+            measured.set_clipping(&clipped_ball.measure());
+        }
+        let view = measured.view?;
         let ball = BallView::new(center_camera, sphere.radius)?;
         let before = last.map(|last| last.hint.clone()).unwrap_or_default();
         let hint = before.updated(&self.posed, self.frame.captured, &ball, view.edge_angle, &Arc::new(surroundings));

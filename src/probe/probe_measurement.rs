@@ -20,7 +20,8 @@ pub struct ProbeMeasurement {
     pub seen_fraction: f32,
     /// Outline of the ball in the frame.
     pub outline: Ellipse,
-    /// Fraction of the ball's pixels in which at least one channel is clipped, 0…1.
+    /// Fraction of the ball's pixels in which at least one channel is clipped, 0…1. With a live feed that of a frame
+    /// before, as is the gain.
     pub clipped_fraction: f32,
     /// Gain of clipped light from straight above the marker's paper, per channel; 1 without recovery. From a
     /// direction at an angle to the paper's normal the factor is 1 + (gain − 1) · cosine. Where the desk gives

@@ -4,11 +4,14 @@ use super::{
     BoardMarker, DetectedMarkers, MarkerAnchor, MarkerBoard, MarkerDetector, MarkerFamily, MarkerId, MarkerTracker,
     TrackingError, detect_markers::detect_mirrored,
 };
-use crate::camera::{ArCamera, ArrivingFrame, CameraFrame, UndistortionMaps};
+use crate::{
+    camera::{ArCamera, ArrivingFrame, CameraFrame, UndistortionMaps},
+    frame_tasks::spawn_for_frame,
+};
 use bevy::{
     ecs::entity::EntityHashMap,
     prelude::*,
-    tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
+    tasks::{Task, futures::check_ready},
 };
 use std::{
     sync::{Arc, Mutex, PoisonError},
@@ -100,9 +103,9 @@ fn families_of(wanted: &[MarkerId]) -> Vec<MarkerFamily> {
     if families.is_empty() { vec![MarkerFamily::default()] } else { families }
 }
 
-/// A frame that is being searched for markers in the background.
+/// A frame that is being undistorted and searched for markers in the background. Without a detector there is no search.
 #[derive(Component)]
-pub(super) struct RunningDetection(Task<(CameraFrame, DetectedMarkers, MarkerTracker)>);
+pub(super) struct RunningDetection(Task<(CameraFrame, Option<(DetectedMarkers, MarkerTracker)>)>);
 
 type ArrivedCamera = (
     Entity,
@@ -125,9 +128,14 @@ pub(super) fn detect_in_background(
     // Commands take effect after this system, so the newest tracker is not on its camera yet.
     let mut finished = EntityHashMap::default();
     for (camera, mut running) in &mut running {
-        if let Some(found) = check_ready(&mut running.0) {
-            finished.insert(camera, found.2.clone());
-            commands.entity(camera).remove::<RunningDetection>().insert(found);
+        if let Some((frame, found)) = check_ready(&mut running.0) {
+            let tracker = found.as_ref().map(|(_, tracker)| tracker.clone());
+            finished.insert(camera, tracker.unwrap_or_default());
+            let mut camera = commands.entity(camera);
+            camera.remove::<RunningDetection>().insert(frame);
+            if let Some(found) = found {
+                camera.insert(found);
+            }
         }
     }
     for (camera, arriving, ar_camera, is_running, last, tracker) in &arrived {
@@ -140,20 +148,20 @@ pub(super) fn detect_in_background(
         let lens = ar_camera.and_then(|camera| camera.distorting_lens(frame.intrinsics, frame.pixels.size));
         let mut camera = commands.entity(camera);
         camera.remove::<ArrivingFrame>();
-        let Some(detection) = detection.as_deref().cloned() else {
-            maps.undistort(&mut frame.pixels, lens.as_ref());
+        if detection.is_none() && lens.is_none() {
             camera.insert(frame);
             continue;
-        };
+        }
+        let detection = detection.as_deref().cloned();
         let groups = wanted_groups(&anchors);
         let mirrored = last.map_or_else(Vec::new, |last| last.mirrored.clone());
         let maps = maps.clone();
         let search = async move {
             maps.undistort(&mut frame.pixels, lens.as_ref());
-            let detected = detection.detect(&frame, &groups, &mirrored, &mut tracker);
-            (frame, detected, tracker)
+            let detected = detection.map(|detection| detection.detect(&frame, &groups, &mirrored, &mut tracker));
+            (frame, detected.map(|detected| (detected, tracker)))
         };
-        camera.insert(RunningDetection(AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(search)));
+        camera.insert(RunningDetection(spawn_for_frame(search)));
     }
 }
 
