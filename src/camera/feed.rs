@@ -1,6 +1,6 @@
 //! Camera feeds: the source of the frames of a camera, and its settings.
 
-use super::{FeedState, FeedStatistics, FramePixels};
+use super::{FeedState, FeedStatistics, FramePixels, feed_events::ReportedFeed};
 use bevy::prelude::*;
 use std::{path::PathBuf, sync::Arc};
 
@@ -19,8 +19,8 @@ use std::{path::PathBuf, sync::Arc};
 /// # }
 /// ```
 #[derive(Component, Reflect, Clone, Debug)]
-#[reflect(opaque, Component, Debug, Clone)]
-#[require(FeedState, FeedStatistics)]
+#[reflect(opaque, Component, Default, Debug, Clone)]
+#[require(FeedState, FeedStatistics, ReportedFeed)]
 pub struct CameraFeed {
     pub(super) source: FeedSource,
     pub(super) pace: FeedPace,

@@ -72,8 +72,9 @@
 //! arrive, with a warning that names both sizes. Intrinsics follow, as they do for any size of the same shape.
 //!
 //! # Failures
-//! A source that fails is a state, [`FeedState::Lost`], with the reason. The last good frame stays until new frames
-//! arrive.
+//! A source that fails is a state, [`FeedState::Lost`] or [`FeedState::Failed`], with the reason. The last good frame
+//! stays until new frames arrive. [`FeedLost`] and [`FeedRecovered`] are triggered on the camera when that changes, and
+//! [`any_feed_lost`] is a condition for systems.
 
 mod background_motion_pass;
 mod background_pass;
@@ -85,6 +86,7 @@ mod clip_source;
 mod distortion;
 mod error;
 mod feed;
+mod feed_events;
 mod feed_state;
 mod frame;
 mod image_feed;
@@ -110,6 +112,7 @@ pub use clip::Clip;
 pub use distortion::Distortion;
 pub use error::CameraError;
 pub use feed::{CameraFeed, FeedPace};
+pub use feed_events::{FeedLost, FeedRecovered, any_feed_lost};
 pub use feed_state::{FeedState, FeedStatistics};
 pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
 pub use intrinsics::Intrinsics;
@@ -226,6 +229,7 @@ impl Plugin for CameraPlugin {
             .add_systems(
                 PreUpdate,
                 (
+                        feed_events::report_feeds,
                     (
                         undistort::reopen_stills,
                         poll::open_feeds,

@@ -1,6 +1,8 @@
 //! Mirrored balls: their components and what they are made of.
 
-use super::{clip_recovery::ClipRecovery, history::HistoryHint, probe_measurement::ProbeMeasurement};
+use super::{
+    clip_recovery::ClipRecovery, history::HistoryHint, measured_event::WasInView, probe_measurement::ProbeMeasurement,
+};
 use bevy::prelude::*;
 
 /// Mirrored ball in the real scene. Its center is the entity's origin.
@@ -17,7 +19,7 @@ use bevy::prelude::*;
 /// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility, ProbeMeasurement, ClipRecovery, HistoryHint)]
+#[require(Transform, Visibility, ProbeMeasurement, ClipRecovery, HistoryHint, WasInView)]
 pub struct LightProbeSphere {
     /// Radius in meters. Finite and above 0. Defaults to 0.05.
     pub radius: f32,

@@ -18,7 +18,8 @@
 //!   [`unwrap`](crate::unwrap) ages its history accordingly,
 //! - the fraction of clipped pixels, the radiance of the marker's paper, and the gain of clipped light.
 //!
-//! A measurement is repeated only if the frame, a pose, a setting or the phantoms have changed.
+//! A measurement is repeated only if the frame, a pose, a setting or the phantoms have changed. [`EnvironmentMeasured`]
+//! is triggered on a probe with its first one, and [`is_lit_by_measurement`] is a condition for systems.
 //!
 //! # Clipped light, first estimate
 //! An 8-bit camera shows a lamp no brighter than white paper. The marker's paper makes up for what the clipped pixels
@@ -50,6 +51,7 @@ mod lens;
 mod lens_error;
 mod light_probe_sphere;
 mod measure;
+mod measured_event;
 mod observer;
 mod own_environment;
 mod paper;
@@ -68,6 +70,7 @@ pub use fisheye_projection::FisheyeProjection;
 pub use lens::{ImageCircle, ProbeLens};
 pub use lens_error::LensError;
 pub use light_probe_sphere::{BallSurface, LightProbeSphere, UniformSky};
+pub use measured_event::{EnvironmentMeasured, is_lit_by_measurement};
 pub use photo_pixels::{LinearPixels, PhotoPixels, open_photo};
 pub use probe_camera::{LightProbeCamera, ProbeCameraState};
 pub use probe_measurement::ProbeMeasurement;
@@ -113,6 +116,7 @@ impl Plugin for ProbePlugin {
             .register_type::<ProbeMeasurement>()
             .register_type::<LightProbeCamera>()
             .register_type::<ProbeCameraState>()
+                    measured_event::report_measurements,
             .register_type::<EnvironmentFallback>()
             .register_type::<EnvironmentOrigin>()
             .register_required_components::<ArCamera, EnvironmentFallback>()

@@ -2,7 +2,7 @@
 
 use super::{
     MarkerFamily, MarkerId, MarkerTracking, MarkerViews, PoseFilter, TrackingError, filtered_pose::PoseHistories,
-    same_number::FollowedSheets,
+    marker_events::ReportedFound, same_number::FollowedSheets,
 };
 use bevy::prelude::*;
 
@@ -21,8 +21,8 @@ use bevy::prelude::*;
 /// # }
 /// ```
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
-#[reflect(Component, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility, MarkerTracking, MarkerViews, FollowedSheets, PoseFilter, PoseHistories)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+#[require(Transform, Visibility, MarkerTracking, MarkerViews, FollowedSheets, PoseFilter, PoseHistories, ReportedFound)]
 pub struct MarkerAnchor {
     /// Family of the marker. Only families of anchors are searched for. Defaults to tag36h11.
     pub family: MarkerFamily,

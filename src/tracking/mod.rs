@@ -37,6 +37,8 @@
 //! # Lost markers
 //! A lost marker is a state, not an error: [`MarkerTracking::state`] changes, everything keeps its last pose, and
 //! tracking resumes when the marker is detected again. It is held for a moment before it counts as lost.
+//! [`MarkerFound`] and [`MarkerLost`] are triggered on the anchor when that changes, and [`any_marker_tracked`] and
+//! [`world_origin_tracked`] are conditions for systems.
 //!
 //! # Stillness
 //! The [`PoseFilter`] beside each anchor smooths the poses of live feeds: strongly at rest, hardly in motion. It runs
@@ -85,6 +87,7 @@ mod detector;
 mod error;
 mod family;
 mod filtered_pose;
+mod marker_events;
 mod marker_tracker;
 mod marker_views;
 mod pattern;
@@ -111,6 +114,7 @@ pub use detection::MarkerDetection;
 pub use detector::{DetectedMarker, LumaView, MarkerDetector};
 pub use error::TrackingError;
 pub use family::{MarkerFamily, MarkerId};
+pub use marker_events::{MarkerFound, MarkerLost, any_marker_tracked, world_origin_tracked};
 pub use marker_tracker::MarkerTracker;
 pub use marker_views::MarkerViews;
 pub use pattern::MarkerPattern;
@@ -232,6 +236,7 @@ impl Plugin for TrackingPlugin {
             .add_observer(recording::forget_sidecar)
             .add_systems(
                 PreUpdate,
+                    marker_events::report_markers,
                 (
                     track::check_anchors,
                     detection::detect_in_background,

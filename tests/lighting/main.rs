@@ -9,6 +9,7 @@ mod lights;
 mod map_view;
 #[cfg(feature = "apriltag")]
 mod measuring;
+mod measured_event;
 mod probe;
 mod probe_sources;
 #[path = "../support/shared_data.rs"]

@@ -16,6 +16,7 @@ mod follow;
 mod gpu;
 mod lens;
 #[cfg(feature = "apriltag")]
+mod marker_events;
 mod pose_error;
 #[cfg(feature = "apriltag")]
 mod pose_truth;

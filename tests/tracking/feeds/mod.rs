@@ -1,6 +1,7 @@
 //! Camera feeds from clips, images and games, in the background or in lockstep; errors are states.
 
 mod clips;
+mod events;
 mod exposure_series;
 mod images;
 mod search;
