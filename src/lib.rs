@@ -163,6 +163,7 @@ mod least_squares;
 mod luminance;
 mod median;
 mod panic_text;
+mod relative_paths;
 mod schedule;
 mod trigonometry;
 

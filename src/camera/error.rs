@@ -6,6 +6,21 @@ use std::path::PathBuf;
 #[derive(thiserror::Error, Debug)]
 pub enum CameraError {
     /// An image file could not be read or decoded.
+    /// A relative path leads nowhere.
+    #[error(
+        "cannot find {path}: it is neither in the working directory, {working_directory}, nor in {asset_root}, where \
+         Bevy looks for the folder of assets. Give the path of {expected}"
+    )]
+    NotFound {
+        /// Path as the game gave it.
+        path: PathBuf,
+        /// Folder in which the program was started.
+        working_directory: PathBuf,
+        /// Folder that Bevy's file assets start from.
+        asset_root: PathBuf,
+        /// What has to be there.
+        expected: &'static str,
+    },
     #[error(
         "cannot read the image {path}: {source}. Give a PNG, JPEG, Radiance or OpenEXR file that other programs can open"
     )]

@@ -6,6 +6,13 @@ use std::{path::PathBuf, sync::Arc};
 
 /// Source of the frames of an [`ArCamera`](super::ArCamera).
 ///
+/// # Paths
+/// Absolute paths of [files](Self::file) and [clips](Self::clip), and those that exist in the working directory, are
+/// taken as they are. Any other path starts where Bevy's file assets start: in the folder `BEVY_ASSET_ROOT`, in the
+/// package when `cargo` runs the game, else beside the executable. So `"assets/desk/photo.jpg"` is found with
+/// `cargo run` from anywhere, and in a game that is shipped with its `assets` folder. It is a path in the file system,
+/// so the folder `assets` is part of it, unlike in paths of the [`AssetServer`].
+///
 /// Decoding runs in the background. If frames arrive faster than they are used, the newest one is kept and the others
 /// are counted as dropped. [`FeedState`] on the same entity reports whether frames arrive, [`FeedStatistics`] how
 /// many.
@@ -38,8 +45,8 @@ pub(super) enum FeedSource {
 }
 
 impl CameraFeed {
-    /// A still image from a PNG, JPEG, Radiance or OpenEXR file. It is decoded once, when the component is added or
-    /// replaced.
+    /// A still image from a PNG, JPEG, Radiance or OpenEXR file, see [paths](Self#paths). It is decoded once, when the
+    /// component is added or replaced.
     pub fn file(path: impl Into<PathBuf>) -> Self {
         Self::new(FeedSource::File(path.into()))
     }
@@ -56,8 +63,8 @@ impl CameraFeed {
         Self::new(FeedSource::Pixels(pixels.into()))
     }
 
-    /// A recorded clip, repeated forever: a folder of JPEG or PNG files with a sidecar `clip.json`; see
-    /// [`Clip`](super::Clip).
+    /// A recorded clip, repeated forever: a folder (see [paths](Self#paths)) of JPEG or PNG files with a sidecar
+    /// `clip.json`; see [`Clip`](super::Clip).
     pub fn clip(folder: impl Into<PathBuf>) -> Self {
         Self::new(FeedSource::Clip(folder.into()))
     }

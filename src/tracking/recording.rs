@@ -56,7 +56,8 @@ struct Writer {
 }
 
 impl FrameRecorder {
-    /// Records into a folder, which is created. Files that are in it are overwritten.
+    /// Records into a folder, which is created; relative paths start in the working directory. Files that are in it are
+    /// overwritten.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into(), writer: None, error: Arc::default() }
     }

@@ -4,6 +4,7 @@ mod clips;
 mod events;
 mod exposure_series;
 mod images;
+mod paths;
 mod search;
 
 use bevy::prelude::*;
