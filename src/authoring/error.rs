@@ -3,7 +3,9 @@
 use std::fmt;
 
 /// Kind of thing in a glTF file that has extras.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum ExtrasPlace {
     /// A node (an object in Blender), or what Bevy spawns as an entity of its own: a mesh primitive or a light.
     #[default]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 /// Errors on the way from a source to a frame.
 #[derive(thiserror::Error, Debug)]
+#[non_exhaustive]
 pub enum CameraError {
     /// An image file could not be read or decoded.
     /// A relative path leads nowhere.

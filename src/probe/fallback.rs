@@ -48,6 +48,7 @@ impl Default for EnvironmentFallback {
 /// Origin of the light in the scene of an [`ArCamera`](crate::camera::ArCamera).
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Component, Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum EnvironmentOrigin {
     /// A uniform gray, because nothing is known.
     #[default]

@@ -45,6 +45,7 @@ impl LightProbeSphere {
 /// Material of a ball.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum BallSurface {
     /// A mirror, with the same reflectance at all angles.
     #[default]

@@ -149,6 +149,7 @@ pub fn find_markers(
 /// Visibility of a marker.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum MarkerState {
     /// Not detected yet.
     #[default]

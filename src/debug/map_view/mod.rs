@@ -28,6 +28,7 @@ use map_view_pipeline::init_map_view_pipeline;
 /// Map to show: one of those that light the scene.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum ShownMap {
     /// Environment as the probes measured it, in linear camera units.
     #[default]
