@@ -57,7 +57,7 @@
 //! show, in the units of its own exposure and white balance; there, clipped light is recovered from the marker's paper
 //! alone. Where one of several cameras counts (the [`Checklist`](crate::debug::Checklist), the visibility pass of the
 //! [`shadows`](crate::shadows)), active ones come first, then those of a lower [`Camera::order`], then those spawned
-//! earlier.
+//! earlier. A warning names each camera that has no visibility pass, and each whose shorter exposures are not used.
 //!
 //! Cameras without `ArCamera` see virtual objects only; [`ShowPhantoms`](crate::materials::ShowPhantoms) shows them the
 //! real things too. A viewport is a view of its own, into which the frame is fitted. A

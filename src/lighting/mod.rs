@@ -139,6 +139,7 @@ impl Plugin for LightingPlugin {
                 (
                     desk_solids::collect_phantoms,
                     bracketing::estimate_bracketed_poses,
+                    bracketing::warn_of_unused_brackets,
                     recover::recover_lights,
                     track_lights::track_lights,
                 )
