@@ -6,7 +6,6 @@ use std::path::PathBuf;
 #[derive(thiserror::Error, Debug)]
 #[non_exhaustive]
 pub enum CameraError {
-    /// An image file could not be read or decoded.
     /// A relative path leads nowhere.
     #[error(
         "cannot find {path}: it is neither in the working directory, {working_directory}, nor in {asset_root}, where \
@@ -22,6 +21,7 @@ pub enum CameraError {
         /// What has to be there.
         expected: &'static str,
     },
+    /// An image file could not be read or decoded.
     #[error(
         "cannot read the image {path}: {source}. Give a PNG, JPEG, Radiance or OpenEXR file that other programs can open"
     )]

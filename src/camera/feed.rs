@@ -34,8 +34,10 @@ pub struct CameraFeed {
     pub(super) exposure: f32,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) enum FeedSource {
+    #[default]
+    Nothing,
     File(PathBuf),
     Pixels(Arc<FramePixels>),
     Clip(PathBuf),
@@ -43,6 +45,16 @@ pub(super) enum FeedSource {
     #[cfg(feature = "webcam")]
     Device(super::DeviceOptions),
 }
+
+impl Default for CameraFeed {
+    /// A feed without a source, which stays [`FeedState::Waiting`]: for scenes that are given their feed later.
+    fn default() -> Self {
+        Self::new(FeedSource::Nothing)
+    }
+}
+
+// A handle takes its component out of Bevy's blanket `FromTemplate`, which `bsn!` needs; constructors are given one.
+impl Unpin for CameraFeed {}
 
 impl CameraFeed {
     /// A still image from a PNG, JPEG, Radiance or OpenEXR file, see [paths](Self#paths). It is decoded once, when the
@@ -122,13 +134,13 @@ impl CameraFeed {
 
     /// Returns whether the feed delivers a frame only when it is opened, or when the game changes its image.
     pub(super) fn is_still(&self) -> bool {
-        matches!(self.source, FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Image(_))
+        matches!(self.source, FeedSource::Nothing | FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Image(_))
     }
 
     /// Whether the frames are those of a camera or video at present, not of a file or of pixels that the game has.
     pub(crate) fn is_video(&self) -> bool {
         match self.source {
-            FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Clip(_) => false,
+            FeedSource::Nothing | FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Clip(_) => false,
             FeedSource::Image(_) => true,
             #[cfg(feature = "webcam")]
             FeedSource::Device(_) => true,

@@ -218,23 +218,18 @@ pub struct CameraPlugin;
 impl Plugin for CameraPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
-        app.register_type::<ArCamera>()
-            .register_type::<CameraFeed>()
-            .register_type::<FeedState>()
-            .register_type::<FeedStatistics>()
-            .register_type::<CameraFrame>()
-            .init_resource::<texture_limit::ReportedSizes>()
+        app.init_resource::<texture_limit::ReportedSizes>()
             .init_resource::<UndistortionMaps>()
             .add_observer(poll::close_feed)
             .add_systems(
                 PreUpdate,
                 (
-                        feed_events::report_feeds,
                     (
                         undistort::reopen_stills,
                         poll::open_feeds,
                         image_feed::watch_images.run_if(has_images),
                         poll::poll_feeds,
+                        feed_events::report_feeds,
                         texture_limit::limit_frames,
                     )
                         .chain()

@@ -108,18 +108,7 @@ pub struct ProbePlugin;
 impl Plugin for ProbePlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
-        app.register_type::<LightProbeSphere>()
-            .register_type::<BallSurface>()
-            .register_type::<UniformSky>()
-            .register_type::<ClipRecovery>()
-            .register_type::<ClipEvidence>()
-            .register_type::<ProbeMeasurement>()
-            .register_type::<LightProbeCamera>()
-            .register_type::<ProbeCameraState>()
-                    measured_event::report_measurements,
-            .register_type::<EnvironmentFallback>()
-            .register_type::<EnvironmentOrigin>()
-            .register_required_components::<ArCamera, EnvironmentFallback>()
+        app.register_required_components::<ArCamera, EnvironmentFallback>()
             .add_systems(PreUpdate, allocate_cubes.in_set(MirrorballSystems::Allocate))
             .add_systems(
                 PostUpdate,
@@ -127,6 +116,7 @@ impl Plugin for ProbePlugin {
                     (measure::measure_probes, probe_camera::update_lens_views),
                     (own_environment::measure_own_views, choose_fallbacks::choose_fallbacks)
                         .run_if(resource_exists::<Assets<Image>>),
+                    measured_event::report_measurements,
                 )
                     .chain()
                     .in_set(MirrorballSystems::Measure),

@@ -208,7 +208,7 @@ impl FileLight {
 ///     commands.spawn((ShadowDomeLight::default(), DomeLights(assets.load("desk.lights.ron"))));
 /// }
 /// ```
-#[derive(Component, Reflect, Clone, Debug, PartialEq)]
+#[derive(Component, FromTemplate, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
 pub struct DomeLights(pub Handle<LightsFile>);
 

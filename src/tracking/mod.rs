@@ -223,27 +223,20 @@ pub struct TrackingPlugin;
 impl Plugin for TrackingPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
-        app.register_type::<MarkerAnchor>()
-            .register_type::<MarkerBoard>()
-            .register_type::<WorldOrigin>()
-            .register_type::<MarkerTracking>()
-            .register_type::<MarkerViews>()
-            .register_type::<PoseFilter>()
-            .register_type::<DetectedMarkers>()
-            .init_resource::<FramesAwaitTracking>()
+        app.init_resource::<FramesAwaitTracking>()
             .init_resource::<UndistortionMaps>()
             .add_observer(recording::forget_past)
             .add_observer(recording::read_sidecar)
             .add_observer(recording::forget_sidecar)
             .add_systems(
                 PreUpdate,
-                    marker_events::report_markers,
                 (
                     track::check_anchors,
                     detection::detect_in_background,
                     detection::detect_at_once,
                     track::estimate_poses,
                     track::apply_poses,
+                    marker_events::report_markers,
                     recording::record_frames,
                 )
                     .chain()

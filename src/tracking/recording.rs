@@ -42,10 +42,13 @@ use std::{
 ///     }
 /// }
 /// ```
-#[derive(Component, Debug)]
+#[derive(Component, Reflect, Debug)]
+#[reflect(from_reflect = false, Component, Debug)]
 pub struct FrameRecorder {
     folder: PathBuf,
+    #[reflect(ignore)]
     writer: Option<Writer>,
+    #[reflect(ignore)]
     error: Arc<Mutex<Option<String>>>,
 }
 
