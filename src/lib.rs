@@ -48,6 +48,45 @@
 //! [`headless`].
 //! [`mod@debug`] reads the results of all stages and shows how well the measurement works.
 //!
+//! # Events and conditions
+//!
+//! Each state has a component to read and, where games react to its changes, an event for
+//! [observers](bevy::ecs::observer) on the entity or on all: [`MarkerFound`](tracking::MarkerFound) and
+//! [`MarkerLost`](tracking::MarkerLost), [`FeedLost`](camera::FeedLost) and [`FeedRecovered`](camera::FeedRecovered),
+//! [`EnvironmentMeasured`](probe::EnvironmentMeasured), [`RealLightAppeared`](lighting::RealLightAppeared) and
+//! [`RealLightVanished`](lighting::RealLightVanished). Conditions for systems are
+//! [`any_marker_tracked`](tracking::any_marker_tracked), [`world_origin_tracked`](tracking::world_origin_tracked),
+//! [`any_feed_lost`](camera::any_feed_lost) and [`is_lit_by_measurement`](probe::is_lit_by_measurement).
+//!
+//! # Scenes in code
+//!
+//! All components have defaults or templates, so scenes can be written with Bevy's `bsn!`:
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use bevy_mirrorball::prelude::*;
+//!
+//! fn desk() -> impl Scene {
+//!     bsn! {
+//!         MarkerAnchor { size: 0.12 }
+//!         WorldOrigin
+//!         on(|_: On<MarkerLost>| info!("show the camera the marker"))
+//!         Children [
+//!             (LightProbeSphere { radius: 0.04 } Transform::from_xyz(0.17, 0.04, 0.01)),
+//!             (PhantomObject { casts: false }),
+//!             (SurfaceStyle::Toon(ToonStyle { bands: 2 })),
+//!         ]
+//!     }
+//! }
+//!
+//! fn setup(mut commands: Commands) {
+//!     commands.spawn_scene(desk());
+//!     commands.spawn_scene(bsn! { ArCamera CameraFeed::clip("assets/desk_clip") });
+//!     commands.spawn_scene(bsn! { ShadowDomeLight { directions: 32 } });
+//! }
+//! # bevy::ecs::system::assert_is_system(setup);
+//! ```
+//!
 //! # Glossary
 //!
 //! - *frame*: one image that a camera delivers ([`CameraFrame`](camera::CameraFrame)); *image* means a file or a
@@ -156,6 +195,7 @@ pub mod shadows;
 pub mod materials;
 pub mod authoring;
 pub mod debug;
+pub mod prelude;
 mod compute_pass;
 mod device;
 mod frame_tasks;
@@ -164,6 +204,7 @@ mod least_squares;
 mod luminance;
 mod median;
 mod panic_text;
+mod relative_paths;
 mod schedule;
 mod trigonometry;
 
@@ -235,20 +276,6 @@ impl PluginGroup for MirrorballPlugins {
 }
 
 pub use schedule::{MirrorballPasses, MirrorballSystems};
-
-/// What most games import.
-pub mod prelude {
-    pub use crate::{
-        MirrorballPlugins,
-        camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, FrameFit, Intrinsics},
-        materials::{SurfaceStyle, ToonStyle},
-        phantom::PhantomObject,
-        prefilter::LiveEnvironment,
-        probe::LightProbeSphere,
-        shadows::ShadowDomeLight,
-        tracking::{MarkerAnchor, WorldOrigin},
-    };
-}
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -67,9 +67,7 @@ pub struct PhantomPlugin;
 impl Plugin for PhantomPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
-        app.register_type::<PhantomObject>()
-            .register_type::<StageRole>()
-            .add_systems(PostUpdate, assign_roles.in_set(MirrorballSystems::Assign));
+        app.add_systems(PostUpdate, assign_roles.in_set(MirrorballSystems::Assign));
     }
 }
 

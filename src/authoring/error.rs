@@ -1,9 +1,12 @@
 //! Errors and warnings about authored scenes. Their messages say where the mistake is and how to correct it.
 
+use bevy::reflect::{Reflect, std_traits::ReflectDefault};
 use std::fmt;
 
 /// Kind of thing in a glTF file that has extras.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum ExtrasPlace {
     /// A node (an object in Blender), or what Bevy spawns as an entity of its own: a mesh primitive or a light.
     #[default]
@@ -37,7 +40,8 @@ impl ExtrasPlace {
 }
 
 /// Location of extras, for messages.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Reflect, Clone, Debug, PartialEq, Eq)]
+#[reflect(Debug, Clone, PartialEq)]
 pub struct NodeContext {
     /// Path of the glTF file, as the user gave it.
     pub file: String,
@@ -67,7 +71,8 @@ impl fmt::Display for NodeContext {
 }
 
 /// One mistake in the extras of one node.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Reflect, Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[reflect(Debug, Clone, PartialEq)]
 #[error("{context}: {problem}")]
 pub struct ExtrasError {
     /// The node with the mistake.
@@ -77,7 +82,8 @@ pub struct ExtrasError {
 }
 
 /// Kind of mistake in the extras of a node.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Reflect, Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[reflect(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum ExtrasProblem {
     /// The text is not JSON. This happens only for extras created in code, not for those of a loaded file.
@@ -150,7 +156,8 @@ pub enum ExtrasProblem {
 
 /// Warning about extras that are ignored: their name resembles that of a component, or is that of a component that is
 /// not taken from where it stands.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Reflect, Clone, Debug, PartialEq, Eq)]
+#[reflect(Debug, Clone, PartialEq)]
 pub struct ExtrasWarning {
     /// The node with the extras.
     pub context: NodeContext,

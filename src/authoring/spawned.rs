@@ -26,7 +26,8 @@ use bevy::{
 /// }
 /// # bevy::ecs::system::assert_is_system(refuse_faulty_sets);
 /// ```
-#[derive(Resource, Clone, Debug, Default, PartialEq)]
+#[derive(Resource, Reflect, Clone, Debug, Default, PartialEq)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct AuthoringReport {
     /// Mistakes. The components concerned were left out.
     pub errors: Vec<ExtrasError>,

@@ -8,7 +8,8 @@ use bevy::prelude::*;
 use std::{sync::Arc, time::Duration};
 
 /// A frame with a shorter exposure than normal.
-#[derive(Clone, Debug)]
+#[derive(Reflect, Clone, Debug)]
+#[reflect(Debug, Clone)]
 pub struct BracketedFrame {
     /// The pixels. Shared, never changed in place.
     pub pixels: Arc<FramePixels>,
@@ -38,7 +39,8 @@ pub struct BracketedFrame {
 /// }
 /// # }
 /// ```
-#[derive(Component, Clone, Debug, Default)]
+#[derive(Component, Reflect, Clone, Debug, Default)]
+#[reflect(Component, Default, Debug, Clone)]
 pub struct BracketedFrames(Vec<BracketedFrame>);
 
 /// Smallest relative difference between two exposures that are kept apart.

@@ -4,7 +4,23 @@ use std::path::PathBuf;
 
 /// Errors on the way from a source to a frame.
 #[derive(thiserror::Error, Debug)]
+#[non_exhaustive]
 pub enum CameraError {
+    /// A relative path leads nowhere.
+    #[error(
+        "cannot find {path}: it is neither in the working directory, {working_directory}, nor in {asset_root}, where \
+         Bevy looks for the folder of assets. Give the path of {expected}"
+    )]
+    NotFound {
+        /// Path as the game gave it.
+        path: PathBuf,
+        /// Folder in which the program was started.
+        working_directory: PathBuf,
+        /// Folder that Bevy's file assets start from.
+        asset_root: PathBuf,
+        /// What has to be there.
+        expected: &'static str,
+    },
     /// An image file could not be read or decoded.
     #[error(
         "cannot read the image {path}: {source}. Give a PNG, JPEG, Radiance or OpenEXR file that other programs can open"

@@ -1,10 +1,17 @@
 //! Camera feeds: the source of the frames of a camera, and its settings.
 
-use super::{FeedState, FeedStatistics, FramePixels};
+use super::{FeedState, FeedStatistics, FramePixels, feed_events::ReportedFeed};
 use bevy::prelude::*;
 use std::{path::PathBuf, sync::Arc};
 
 /// Source of the frames of an [`ArCamera`](super::ArCamera).
+///
+/// # Paths
+/// Absolute paths of [files](Self::file) and [clips](Self::clip), and those that exist in the working directory, are
+/// taken as they are. Any other path starts where Bevy's file assets start: in the folder `BEVY_ASSET_ROOT`, in the
+/// package when `cargo` runs the game, else beside the executable. So `"assets/desk/photo.jpg"` is found with
+/// `cargo run` from anywhere, and in a game that is shipped with its `assets` folder. It is a path in the file system,
+/// so the folder `assets` is part of it, unlike in paths of the [`AssetServer`].
 ///
 /// Decoding runs in the background. If frames arrive faster than they are used, the newest one is kept and the others
 /// are counted as dropped. [`FeedState`] on the same entity reports whether frames arrive, [`FeedStatistics`] how
@@ -19,16 +26,18 @@ use std::{path::PathBuf, sync::Arc};
 /// # }
 /// ```
 #[derive(Component, Reflect, Clone, Debug)]
-#[reflect(opaque, Component, Debug, Clone)]
-#[require(FeedState, FeedStatistics)]
+#[reflect(opaque, Component, Default, Debug, Clone)]
+#[require(FeedState, FeedStatistics, ReportedFeed)]
 pub struct CameraFeed {
     pub(super) source: FeedSource,
     pub(super) pace: FeedPace,
     pub(super) exposure: f32,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) enum FeedSource {
+    #[default]
+    Nothing,
     File(PathBuf),
     Pixels(Arc<FramePixels>),
     Clip(PathBuf),
@@ -37,9 +46,19 @@ pub(super) enum FeedSource {
     Device(super::DeviceOptions),
 }
 
+impl Default for CameraFeed {
+    /// A feed without a source, which stays [`FeedState::Waiting`]: for scenes that are given their feed later.
+    fn default() -> Self {
+        Self::new(FeedSource::Nothing)
+    }
+}
+
+// A handle takes its component out of Bevy's blanket `FromTemplate`, which `bsn!` needs; constructors are given one.
+impl Unpin for CameraFeed {}
+
 impl CameraFeed {
-    /// A still image from a PNG, JPEG, Radiance or OpenEXR file. It is decoded once, when the component is added or
-    /// replaced.
+    /// A still image from a PNG, JPEG, Radiance or OpenEXR file, see [paths](Self#paths). It is decoded once, when the
+    /// component is added or replaced.
     pub fn file(path: impl Into<PathBuf>) -> Self {
         Self::new(FeedSource::File(path.into()))
     }
@@ -56,8 +75,8 @@ impl CameraFeed {
         Self::new(FeedSource::Pixels(pixels.into()))
     }
 
-    /// A recorded clip, repeated forever: a folder of JPEG or PNG files with a sidecar `clip.json`; see
-    /// [`Clip`](super::Clip).
+    /// A recorded clip, repeated forever: a folder (see [paths](Self#paths)) of JPEG or PNG files with a sidecar
+    /// `clip.json`; see [`Clip`](super::Clip).
     pub fn clip(folder: impl Into<PathBuf>) -> Self {
         Self::new(FeedSource::Clip(folder.into()))
     }
@@ -115,13 +134,13 @@ impl CameraFeed {
 
     /// Returns whether the feed delivers a frame only when it is opened, or when the game changes its image.
     pub(super) fn is_still(&self) -> bool {
-        matches!(self.source, FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Image(_))
+        matches!(self.source, FeedSource::Nothing | FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Image(_))
     }
 
     /// Whether the frames are those of a camera or video at present, not of a file or of pixels that the game has.
     pub(crate) fn is_video(&self) -> bool {
         match self.source {
-            FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Clip(_) => false,
+            FeedSource::Nothing | FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Clip(_) => false,
             FeedSource::Image(_) => true,
             #[cfg(feature = "webcam")]
             FeedSource::Device(_) => true,

@@ -6,6 +6,7 @@ use std::time::Duration;
 /// State of a camera feed.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum FeedState {
     /// No frame has arrived yet.
     #[default]

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use std::{sync::Arc, time::Duration};
 
 /// Pixels of a frame: 8-bit sRGB with alpha (ignored), rows from top to bottom, four bytes per pixel.
-#[derive(Debug)]
+#[derive(TypePath, Debug)]
 pub struct FramePixels {
     /// Width and height in pixels.
     pub size: UVec2,
@@ -57,7 +57,7 @@ impl FramePixels {
 /// Frames of feeds are undistorted when they get here, see [`camera`](super#distortion); those that a game inserts
 /// itself count as undistorted.
 #[derive(Component, Reflect, Clone, Debug)]
-#[reflect(opaque, Component, Debug, Clone)]
+#[reflect(Component, Debug, Clone)]
 pub struct CameraFrame {
     /// The pixels. Shared, never changed in place.
     pub pixels: Arc<FramePixels>,

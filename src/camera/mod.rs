@@ -57,7 +57,7 @@
 //! show, in the units of its own exposure and white balance; there, clipped light is recovered from the marker's paper
 //! alone. Where one of several cameras counts (the [`Checklist`](crate::debug::Checklist), the visibility pass of the
 //! [`shadows`](crate::shadows)), active ones come first, then those of a lower [`Camera::order`], then those spawned
-//! earlier.
+//! earlier. A warning names each camera that has no visibility pass, and each whose shorter exposures are not used.
 //!
 //! Cameras without `ArCamera` see virtual objects only; [`ShowPhantoms`](crate::materials::ShowPhantoms) shows them the
 //! real things too. A viewport is a view of its own, into which the frame is fitted. A
@@ -72,8 +72,9 @@
 //! arrive, with a warning that names both sizes. Intrinsics follow, as they do for any size of the same shape.
 //!
 //! # Failures
-//! A source that fails is a state, [`FeedState::Lost`], with the reason. The last good frame stays until new frames
-//! arrive.
+//! A source that fails is a state, [`FeedState::Lost`] or [`FeedState::Failed`], with the reason. The last good frame
+//! stays until new frames arrive. [`FeedLost`] and [`FeedRecovered`] are triggered on the camera when that changes, and
+//! [`any_feed_lost`] is a condition for systems.
 
 mod background_motion_pass;
 mod background_pass;
@@ -85,6 +86,7 @@ mod clip_source;
 mod distortion;
 mod error;
 mod feed;
+mod feed_events;
 mod feed_state;
 mod frame;
 mod image_feed;
@@ -110,6 +112,7 @@ pub use clip::Clip;
 pub use distortion::Distortion;
 pub use error::CameraError;
 pub use feed::{CameraFeed, FeedPace};
+pub use feed_events::{FeedLost, FeedRecovered, any_feed_lost};
 pub use feed_state::{FeedState, FeedStatistics};
 pub use frame::{CameraFrame, FramePixels, srgb_to_linear};
 pub use intrinsics::Intrinsics;
@@ -215,12 +218,7 @@ pub struct CameraPlugin;
 impl Plugin for CameraPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
-        app.register_type::<ArCamera>()
-            .register_type::<CameraFeed>()
-            .register_type::<FeedState>()
-            .register_type::<FeedStatistics>()
-            .register_type::<CameraFrame>()
-            .init_resource::<texture_limit::ReportedSizes>()
+        app.init_resource::<texture_limit::ReportedSizes>()
             .init_resource::<UndistortionMaps>()
             .add_observer(poll::close_feed)
             .add_systems(
@@ -232,6 +230,7 @@ impl Plugin for CameraPlugin {
                         image_feed::watch_images.run_if(has_images),
                         poll::keep_undistorted_brackets,
                         poll::poll_feeds,
+                        feed_events::report_feeds,
                         texture_limit::limit_frames,
                     )
                         .chain()

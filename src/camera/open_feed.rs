@@ -14,8 +14,13 @@ use super::{
     FeedState,
     webcam::{Captured, Webcam, WebcamStatus},
 };
+use crate::relative_paths;
 use bevy::prelude::*;
-use std::{path::PathBuf, sync::Arc, time::Duration};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Duration,
+};
 
 /// Source of a feed that was opened.
 #[derive(Component)]
@@ -27,9 +32,10 @@ pub(super) struct OpenFeed(pub Box<dyn FrameSource>);
 pub(super) fn open(feed: &CameraFeed) -> Result<(OpenFeed, Option<ImageSlot>), CameraError> {
     check_exposure(feed.exposure)?;
     let source: Box<dyn FrameSource> = match &feed.source {
-        FeedSource::File(path) => Box::new(Still::Unread(path.clone(), feed.pace)),
+        FeedSource::Nothing => Box::new(Supplied(None)),
+        FeedSource::File(path) => Box::new(Still::Unread(locate(path, IMAGE)?, feed.pace)),
         FeedSource::Pixels(pixels) => Box::new(Supplied(Some(pixels.clone()))),
-        FeedSource::Clip(folder) => Box::new(ClipSource::open(folder, feed.pace)?),
+        FeedSource::Clip(folder) => Box::new(ClipSource::open(&locate(folder, CLIP)?, feed.pace)?),
         FeedSource::Image(_) => {
             let (source, slot) = ImageSource::new();
             return Ok((OpenFeed(Box::new(source)), Some(slot)));
@@ -38,6 +44,19 @@ pub(super) fn open(feed: &CameraFeed) -> Result<(OpenFeed, Option<ImageSlot>), C
         FeedSource::Device(options) => Box::new(Webcam::open(options.clone())),
     };
     Ok((OpenFeed(source), None))
+}
+
+const IMAGE: &str = "a PNG, JPEG, Radiance or OpenEXR file";
+const CLIP: &str = "a clip: a folder of JPEG or PNG files with a sidecar clip.json beside them";
+
+/// Finds the file of a feed.
+fn locate(path: &Path, expected: &'static str) -> Result<PathBuf, CameraError> {
+    relative_paths::locate(path).ok_or_else(|| CameraError::NotFound {
+        path: path.to_owned(),
+        working_directory: std::env::current_dir().unwrap_or_default(),
+        asset_root: relative_paths::asset_root(),
+        expected,
+    })
 }
 
 /// Source that delivers a single image file.

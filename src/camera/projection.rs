@@ -10,6 +10,7 @@ use bevy::{
 /// Fit of a camera frame into a view of another size or shape.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum FrameFit {
     /// The frame fills the view; parts that do not fit are cut off evenly on both sides.
     #[default]

@@ -24,7 +24,8 @@ use std::sync::Arc;
 /// The newest frame of a camera as a texture: 8-bit sRGB, the size of the frame, linear filtering.
 ///
 /// The GPU queue writes it: do not change the [`Image`] asset behind it.
-#[derive(Component, Clone, Debug)]
+#[derive(Component, Reflect, Clone, Debug)]
+#[reflect(Component, Debug, Clone)]
 pub struct FrameTexture {
     /// The texture. Replaced only when the size of the frames changes.
     pub image: Handle<Image>,

@@ -7,7 +7,8 @@ use bevy::{platform::collections::HashMap, prelude::*};
 ///
 /// Announce a cube, or any other source of a [`LiveEnvironment`](crate::prefilter::LiveEnvironment), in the frame in
 /// which it is written, before the render graph runs.
-#[derive(Resource, Default)]
+#[derive(Resource, Reflect, Default)]
+#[reflect(Resource, Default)]
 pub struct CubeWrites(HashMap<AssetId<Image>, u32>);
 
 impl CubeWrites {

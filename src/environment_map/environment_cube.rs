@@ -12,7 +12,8 @@ use bevy::prelude::*;
 /// [`SIZE`](Self::SIZE). Alpha is the confidence, 0…1: pixels of the frame per texel along an edge, at most 1, where
 /// a direction is visible; less with age where it was visible earlier; 0.001 where it is a guess. The GPU writes the
 /// cube, so do not change its [`Image`] asset.
-#[derive(Component, Clone, Debug)]
+#[derive(Component, Reflect, Clone, Debug)]
+#[reflect(Component, Debug, Clone)]
 pub struct EnvironmentCube(pub Handle<Image>);
 
 impl EnvironmentCube {

@@ -19,6 +19,7 @@ use std::{
 
 /// Error on reading or writing a file of an environment.
 #[derive(thiserror::Error, Debug)]
+#[non_exhaustive]
 pub enum EnvironmentFileError {
     /// The extension of the file's name is not that of a known format.
     #[error("{0} is of an unknown format; name it .hdr (Radiance) or .exr (OpenEXR)")]

@@ -25,6 +25,7 @@ use std::time::Duration;
 
 /// Errors of headless rendering.
 #[derive(thiserror::Error, Debug)]
+#[non_exhaustive]
 pub enum HeadlessError {
     /// There is no graphics adapter, not even a software one.
     #[error(

@@ -5,7 +5,7 @@ use crate::{
     camera::{ArCamera, BracketedFrame, BracketedFrames, CameraFrame},
     probe::{LightProbeSphere, ProbeMeasurement},
 };
-use bevy::{math::Affine3A, prelude::*};
+use bevy::{ecs::entity::EntityHashSet, math::Affine3A, prelude::*};
 use std::time::Duration;
 
 /// Largest age of a bracketed frame. Older ones are ignored, because the lighting may have changed. A webcam takes its
@@ -38,6 +38,26 @@ struct BracketedPose {
 type BracketingCamera = (&'static CameraFrame, &'static GlobalTransform, Option<&'static BracketedFrames>);
 type BracketedProbe =
     (&'static LightProbeSphere, &'static GlobalTransform, &'static ProbeMeasurement, &'static mut BracketedPoses);
+
+/// Warns once of each camera whose bracketed frames are of no use, because another camera measures the balls.
+pub(super) fn warn_of_unused_brackets(
+    cameras: Query<Entity, (With<ArCamera>, Changed<BracketedFrames>)>,
+    probes: Query<&ProbeMeasurement>,
+    mut warned: Local<EntityHashSet>,
+) {
+    for camera in &cameras {
+        let mut measuring = probes.iter().filter_map(ProbeMeasurement::camera).peekable();
+        if let Some(other) = measuring.peek().copied()
+            && measuring.all(|of| of != camera)
+            && warned.insert(camera)
+        {
+            warn!(
+                "camera {camera}: its shorter exposures are not used, because camera {other} measures the ball. Bracket the \
+                 exposures of that one"
+            );
+        }
+    }
+}
 
 /// Estimates the pose of the ball in bracketed frames, in which markers are not detected.
 pub(super) fn estimate_bracketed_poses(

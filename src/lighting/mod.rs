@@ -130,10 +130,7 @@ pub struct LightingPlugin;
 impl Plugin for LightingPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
-        app.register_type::<RealLight>()
-            .register_type::<CameraMatch>()
-            .register_type::<SelfCheck>()
-            .add_message::<RealLightAppeared>()
+        app.add_message::<RealLightAppeared>()
             .add_message::<RealLightVanished>()
             .init_resource::<desk_solids::DeskSolids>()
             .init_resource::<track_lights::NextLightId>()
@@ -142,6 +139,7 @@ impl Plugin for LightingPlugin {
                 (
                     desk_solids::collect_phantoms,
                     bracketing::estimate_bracketed_poses,
+                    bracketing::warn_of_unused_brackets,
                     recover::recover_lights,
                     track_lights::track_lights,
                 )

@@ -23,7 +23,8 @@ use std::{sync::Arc, time::Duration};
 /// Light of the newest frame that has been solved, on the entity of its [`LightProbeSphere`].
 ///
 /// The component is absent until a frame has shown the ball.
-#[derive(Component, Clone, Debug)]
+#[derive(Component, Reflect, Clone, Debug)]
+#[reflect(Component, Debug, Clone)]
 pub struct RecoveredLight {
     /// Sequence number of the frame.
     pub sequence: u64,

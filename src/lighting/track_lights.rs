@@ -57,8 +57,21 @@ impl RealLight {
     }
 }
 
-/// Message that a real light has been detected; written once per light.
-#[derive(Message, Clone, Copy, Debug, PartialEq)]
+/// Event that a real light has been detected: triggered on its new entity, once per light, and written as a message.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::lighting::{RealLight, RealLightAppeared, RealLightVanished};
+/// # let mut app = App::new();
+/// app.add_observer(|appeared: On<RealLightAppeared>, lights: Query<&RealLight>| {
+///     if let Ok(light) = lights.get(appeared.entity) {
+///         info!("light {} shines from {}", light.id, light.direction);
+///     }
+/// });
+/// app.add_observer(|vanished: On<RealLightVanished>| info!("light {} is gone", vanished.id));
+/// ```
+#[derive(EntityEvent, Message, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Event, Message, Debug, Clone, PartialEq)]
 pub struct RealLightAppeared {
     /// Entity of the light, with a [`RealLight`].
     pub entity: Entity,
@@ -66,10 +79,12 @@ pub struct RealLightAppeared {
     pub id: u32,
 }
 
-/// Message that a real light has gone out or out of sight; its entity is despawned.
-#[derive(Message, Clone, Copy, Debug, PartialEq)]
+/// Event that a real light has gone out or out of sight: triggered on its entity, which is despawned right after, and
+/// written as a message. There is an example at [`RealLightAppeared`].
+#[derive(EntityEvent, Message, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Event, Message, Debug, Clone, PartialEq)]
 pub struct RealLightVanished {
-    /// Former entity of the light.
+    /// Entity of the light. It is gone when the message is read.
     pub entity: Entity,
     /// Number of the light.
     pub id: u32,
@@ -108,8 +123,7 @@ pub(super) fn track_lights(
 ) {
     let Some(recovered) = recovered.iter().next() else {
         for (entity, light, _) in &lights {
-            vanished.write(RealLightVanished { entity, id: light.id });
-            commands.entity(entity).despawn();
+            lose(&mut commands, &mut vanished, entity, light);
         }
         return;
     };
@@ -142,8 +156,7 @@ pub(super) fn track_lights(
         track.missed_frames += 1;
         track.step = Vec3::ZERO;
         if track.missed_frames > MAX_MISSED_FRAMES {
-            vanished.write(RealLightVanished { entity, id: light.id });
-            commands.entity(entity).despawn();
+            lose(&mut commands, &mut vanished, entity, &light);
         }
     }
     let mut is_taken = taken.into_iter();
@@ -152,8 +165,18 @@ pub(super) fn track_lights(
         next_id.0 += 1;
         let track = LightTrack { sequence: recovered.sequence, ..default() };
         let entity = commands.spawn((RealLight::new(next_id.0, new), track, Name::new("real light"))).id();
-        appeared.write(RealLightAppeared { entity, id: next_id.0 });
+        let event = RealLightAppeared { entity, id: next_id.0 };
+        commands.trigger(event);
+        appeared.write(event);
     }
+}
+
+/// Announces that a light is gone, and despawns it.
+fn lose(commands: &mut Commands, vanished: &mut MessageWriter<RealLightVanished>, entity: Entity, light: &RealLight) {
+    let event = RealLightVanished { entity, id: light.id };
+    commands.trigger(event);
+    commands.entity(entity).despawn();
+    vanished.write(event);
 }
 
 /// Pairs of a known and a detected light that may be the same, with their cost; the best pairs first.
@@ -210,6 +233,30 @@ mod tests {
         let mut ids: Vec<u32> = world.query::<&RealLight>().iter(world).map(|light| light.id).collect();
         ids.sort_unstable();
         ids
+    }
+
+    #[test]
+    fn each_light_has_one_event_when_it_appears_and_one_before_it_is_despawned() {
+        #[derive(Resource, Default)]
+        struct Log(Vec<(u32, bool, bool)>);
+        let mut app = app();
+        app.init_resource::<Log>()
+            .add_observer(|event: On<RealLightAppeared>, mut log: ResMut<Log>, lights: Query<&RealLight>| {
+                log.0.push((event.id, true, lights.get(event.entity).is_ok_and(|light| light.id == event.id)));
+            })
+            .add_observer(|event: On<RealLightVanished>, mut log: ResMut<Log>, lights: Query<&RealLight>| {
+                log.0.push((event.id, false, lights.get(event.entity).is_ok_and(|light| light.id == event.id)));
+            });
+        for sequence in 1..4 {
+            see(&mut app, sequence, vec![lamp(0.0, 0.5)]);
+        }
+        for sequence in 4..20 {
+            see(&mut app, sequence, vec![]);
+        }
+        assert_eq!(app.world().resource::<Log>().0, [(1, true, true), (1, false, true)]);
+        let appeared: Vec<u32> =
+            app.world_mut().resource_mut::<Messages<RealLightAppeared>>().drain().map(|message| message.id).collect();
+        assert_eq!(appeared, [1], "the message beside the event");
     }
 
     #[test]

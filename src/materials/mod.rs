@@ -142,32 +142,30 @@ impl Plugin for MaterialsPlugin {
         embedded_asset!(app, "toon.wgsl");
         outline::build(app);
         soft_edges::build(app);
-        app.register_type::<SurfaceStyle>()
-            .register_type::<ShowPhantoms>()
-            .add_plugins((
-                MaterialPlugin::<PhantomMaterial>::default(),
-                MaterialPlugin::<ImageBasedMaterial>::default(),
-                MaterialPlugin::<ToonMaterial>::default(),
-            ))
-            .init_resource::<phantom::PhantomMaterials>()
-            .init_resource::<style::StyledMaterials<DomeShadowed>>()
-            .init_resource::<style::StyledMaterials<ToonShaded>>()
-            .add_systems(
-                PostUpdate,
-                (
-                    (phantom::update_phantom_materials, phantom::assign_phantom_materials).chain(),
-                    (style::update_styled_materials::<DomeShadowed>, style::update_styled_materials::<ToonShaded>),
-                    (style::restore_originals::<DomeShadowed>, style::restore_originals::<ToonShaded>),
-                    (style::apply_styles::<DomeShadowed>, style::apply_styles::<ToonShaded>),
-                    (outline::erase_outlines, outline::forget_changed_hulls),
-                    (outline::draw_outlines, alpha_mask::mark_alpha_masks),
-                )
-                    .chain()
-                    // Without a renderer there are no materials to assign.
-                    .run_if(resource_exists::<DomeTextures>)
-                    .in_set(MirrorballSystems::Dress)
-                    .before(bevy::asset::AssetEventSystems),
-            );
+        app.add_plugins((
+            MaterialPlugin::<PhantomMaterial>::default(),
+            MaterialPlugin::<ImageBasedMaterial>::default(),
+            MaterialPlugin::<ToonMaterial>::default(),
+        ))
+        .init_resource::<phantom::PhantomMaterials>()
+        .init_resource::<style::StyledMaterials<DomeShadowed>>()
+        .init_resource::<style::StyledMaterials<ToonShaded>>()
+        .add_systems(
+            PostUpdate,
+            (
+                (phantom::update_phantom_materials, phantom::assign_phantom_materials).chain(),
+                (style::update_styled_materials::<DomeShadowed>, style::update_styled_materials::<ToonShaded>),
+                (style::restore_originals::<DomeShadowed>, style::restore_originals::<ToonShaded>),
+                (style::apply_styles::<DomeShadowed>, style::apply_styles::<ToonShaded>),
+                (outline::erase_outlines, outline::forget_changed_hulls),
+                (outline::draw_outlines, alpha_mask::mark_alpha_masks),
+            )
+                .chain()
+                // Without a renderer there are no materials to assign.
+                .run_if(resource_exists::<DomeTextures>)
+                .in_set(MirrorballSystems::Dress)
+                .before(bevy::asset::AssetEventSystems),
+        );
         phantom_views::build(app);
     }
 

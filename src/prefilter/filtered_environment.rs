@@ -20,13 +20,15 @@ pub(super) const ROUGHEST_EDGE: u32 = 4;
 ///
 /// The GPU writes the maps, so do not change their [`Image`] assets. Environments with the same source and the same
 /// [`Refresh`] share their maps.
-#[derive(Component, Clone, Debug)]
+#[derive(Component, Reflect, Clone, Debug)]
+#[reflect(from_reflect = false, Component, Debug, Clone)]
 pub struct FilteredEnvironment {
     /// Irradiance ÷ π by surface normal, one level.
     pub diffuse: Handle<Image>,
     /// Radiance by mirror direction; level m of n holds perceptual roughness m / (n − 1).
     pub specular: Handle<Image>,
     pub(super) source: Handle<Image>,
+    #[reflect(ignore)]
     pub(super) shape: SourceShape,
     pub(super) refresh: Refresh,
     /// Source resampled into a cube with a power of two as edge length, if it is not one itself.
@@ -35,6 +37,7 @@ pub struct FilteredEnvironment {
     pub(super) draft: Option<[Handle<Image>; 2]>,
     /// Viewpoint, if it differs from the point of capture; see [`DeskParallax`](super::DeskParallax).
     pub(super) viewpoint: Option<Vec4>,
+    #[reflect(ignore)]
     pub(super) progress: Progress,
 }
 

@@ -30,7 +30,7 @@ use bevy::{ecs::observer::On, light::EnvironmentMapLight, prelude::*};
 ///     commands.spawn((Camera3d::default(), LiveEnvironment::new(sky).with_refresh(Refresh::OnChange)));
 /// }
 /// ```
-#[derive(Component, Reflect, Clone, Debug)]
+#[derive(Component, FromTemplate, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]
 #[require(EnvironmentState, LitByGame)]
 pub struct LiveEnvironment {

@@ -82,7 +82,7 @@ mod update_environments;
 mod viewing_camera;
 
 pub use filtered_environment::FilteredEnvironment;
-pub use live_environment::LiveEnvironment;
+pub use live_environment::{LiveEnvironment, LiveEnvironmentTemplate};
 pub use parallax::DeskParallax;
 pub use refresh::{EnvironmentState, Refresh};
 pub use scene_probe::{SceneCube, SceneProbe};
@@ -108,10 +108,7 @@ pub struct PrefilterPlugin;
 impl Plugin for PrefilterPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
-        app.register_type::<LiveEnvironment>()
-            .register_type::<EnvironmentState>()
-            .register_type::<DeskParallax>()
-            .add_observer(remove_lighting)
+        app.add_observer(remove_lighting)
             .add_systems(
                 PreUpdate,
                 (light_cameras_by_probe, light_cameras_by_own_frames, update_environments, update_intensities)

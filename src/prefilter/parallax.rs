@@ -31,13 +31,15 @@ use bevy::prelude::*;
 ///     ));
 /// }
 /// ```
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
-#[reflect(Component, Debug, Clone, PartialEq)]
+#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[require(bevy::light::ParallaxCorrection::None)]
 pub struct DeskParallax {
     /// Point of capture, the center of the ball, in world space, in meters. It has to be above the desk.
+    /// Defaults to the origin, which is not: without another one, nothing is corrected.
     pub captured_from: Vec3,
     /// Height of the desk: world y in meters. Probes below it use the environment without correction.
+    /// Defaults to 0.
     pub height: f32,
 }
 

@@ -9,6 +9,7 @@ use std::sync::{
 /// Refresh policy: when a [`LiveEnvironment`](super::LiveEnvironment) is filtered.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Refresh {
     /// Every frame, for sources that other GPU passes write without announcing it. The default.
     #[default]
@@ -35,12 +36,13 @@ pub enum Refresh {
 /// written each frame.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum EnvironmentState {
     /// The source is still loading, or its image does not exist.
     #[default]
     Waiting,
     /// The source cannot be used. The text names the field, the problem and a remedy; it is also logged once.
-    Refused(String),
+    Failed(String),
     /// The maps light the scene.
     Live {
         /// Number of complete sets of maps made so far; 0 until the shaders are compiled.
@@ -48,6 +50,16 @@ pub enum EnvironmentState {
         /// Frames since the last set was finished.
         frames_since_refresh: u32,
     },
+}
+
+impl EnvironmentState {
+    /// Old name of [`EnvironmentState::Failed`].
+    #[deprecated(since = "0.1.0", note = "use `EnvironmentState::Failed`")]
+    #[doc(hidden)]
+    #[expect(non_snake_case, reason = "the name that the variant had")]
+    pub fn Refused(reason: String) -> Self {
+        Self::Failed(reason)
+    }
 }
 
 /// Counters of requests of the main world and of sets finished by the render world.

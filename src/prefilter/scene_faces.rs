@@ -26,8 +26,7 @@ use bevy::{
 };
 
 pub(super) fn build(app: &mut App) {
-    app.register_type::<SceneProbe>()
-        .add_observer(remove_faces)
+    app.add_observer(remove_faces)
         .add_systems(
             PreUpdate,
             (set_up_faces, schedule_faces).chain().before(update_environments).in_set(MirrorballSystems::Follow),

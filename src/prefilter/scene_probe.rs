@@ -49,6 +49,10 @@ pub struct SceneProbe {
     pub background: Option<Handle<Image>>,
 }
 
+// Handles take their components out of Bevy's blanket `FromTemplate`, and one that is derived would not have these
+// defaults.
+impl Unpin for SceneProbe {}
+
 impl Default for SceneProbe {
     fn default() -> Self {
         Self { edge: 128, faces_per_frame: 1, near: 0.01, far: 100.0, background: None }
@@ -68,7 +72,8 @@ impl SceneProbe {
 }
 
 /// Cube that a [`SceneProbe`] renders, on the same entity.
-#[derive(Component, Clone, Debug)]
+#[derive(Component, Reflect, Clone, Debug)]
+#[reflect(Component, Debug, Clone)]
 pub struct SceneCube {
     /// Cube map of 16-bit floats in frame buffer units, world axes. The GPU writes it, so do not change its [`Image`]
     /// asset.

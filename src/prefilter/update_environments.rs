@@ -61,11 +61,11 @@ pub(super) fn update_environments(
             None if maps.is_some() => continue,
             None => match assets.get_load_state(&environment.source) {
                 Some(LoadState::Failed(error)) => {
-                    EnvironmentState::Refused(format!("LiveEnvironment.source cannot be loaded: {error}"))
+                    EnvironmentState::Failed(format!("LiveEnvironment.source cannot be loaded: {error}"))
                 }
                 _ => EnvironmentState::Waiting,
             },
-            Some(Err(reason)) => EnvironmentState::Refused(reason),
+            Some(Err(reason)) => EnvironmentState::Failed(reason),
             Some(Ok(shape)) if maps.is_some_and(|maps| maps.shape == shape) => continue,
             Some(Ok(shape)) => {
                 let wanted = Wanted { source: &environment.source, shape, refresh: environment.refresh, viewpoint };
@@ -87,7 +87,7 @@ pub(super) fn update_environments(
             }
         };
         if *state != next {
-            if let EnvironmentState::Refused(reason) = &next {
+            if let EnvironmentState::Failed(reason) = &next {
                 error!("{entity}: {reason}");
             }
             *state = next;

@@ -55,6 +55,7 @@ pub struct BallPhoto<'a> {
 
 /// Error of [`BallPhoto::from_outline`]: the numbers describe no ball in the photograph.
 #[derive(thiserror::Error, Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum BallPhotoError {
     /// The field of view, in degrees, is impossible.
     #[error(

@@ -12,6 +12,7 @@ use super::{
 use crate::{
     camera::{ArCamera, CameraFeed, CameraFrame, FeedPace, world_from_camera},
     environment_map::{EnvironmentCube, EnvironmentFileError, EquirectPixels, equirect_direction},
+    relative_paths::locate,
     tracking::SeenMarker,
 };
 use bevy::{
@@ -60,7 +61,8 @@ fn open_files(
         }
     };
     let saved = saved.and_then(|path| open(path, EnvironmentOrigin::Saved));
-    saved.or_else(|| file.and_then(|path| open(path, EnvironmentOrigin::File)))
+    let shipped = file.map(|path| locate(&path).unwrap_or(path));
+    saved.or_else(|| shipped.and_then(|path| open(path, EnvironmentOrigin::File)))
 }
 
 fn texture(size: UVec2, texels: impl Iterator<Item = Vec3>) -> Image {

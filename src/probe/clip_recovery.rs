@@ -26,6 +26,7 @@ pub struct ClipRecovery {
 /// Evidence for the brightness of clipped light.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum ClipEvidence {
     /// The marker's paper, which gives one gain for all clipped light.
     Paper,

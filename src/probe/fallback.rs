@@ -30,8 +30,9 @@ pub struct EnvironmentFallback {
     /// ([`EquirectPixels::save`](crate::environment_map::EquirectPixels::save)), in camera units and world axes. The
     /// file may be missing. Defaults to `None`.
     pub saved: Option<PathBuf>,
-    /// Another such file, for the first run of the game. A file that cannot be read causes a warning. Defaults to
-    /// `None`.
+    /// Another such file, for the first run of the game. A relative path that does not exist in the working directory
+    /// starts where Bevy's file assets do, as those of [`CameraFeed`](crate::camera::CameraFeed#paths). A file that
+    /// cannot be read causes a warning. Defaults to `None`.
     pub file: Option<PathBuf>,
     /// Duration of the transition to the measured environment. With a feed in
     /// [lockstep](crate::camera::FeedPace::Lockstep) the transition is immediate. Defaults to half a second.
@@ -47,6 +48,7 @@ impl Default for EnvironmentFallback {
 /// Origin of the light in the scene of an [`ArCamera`](crate::camera::ArCamera).
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Component, Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum EnvironmentOrigin {
     /// A uniform gray, because nothing is known.
     #[default]

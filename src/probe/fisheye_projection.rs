@@ -9,6 +9,7 @@ use std::f32::consts::PI;
 /// Common "fisheye" lenses are equidistant or equisolid; see the lens's data sheet.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum FisheyeProjection {
     /// The distance is θ. Up to 360°.
     #[default]

@@ -7,6 +7,7 @@ use std::f32::consts::{PI, TAU};
 /// Mapping between the pixels of a frame and the directions around its camera, which looks along −Z with +Y up.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum ProbeLens {
     /// A fisheye lens, whose image is a circle within the frame.
     Fisheye {

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 /// Error in a [`ProbeLens`](super::ProbeLens) or [`LightProbeCamera`](super::LightProbeCamera).
 #[derive(thiserror::Error, Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum LensError {
     /// The field of view is impossible for the projection.
     #[error(

@@ -1,7 +1,8 @@
 //! Mirrored balls: their components and what they are made of.
 
 use super::{
-    clip_recovery::ClipRecovery, clip_task::ClipTask, history::HistoryHint, probe_measurement::ProbeMeasurement,
+    clip_recovery::ClipRecovery, clip_task::ClipTask, history::HistoryHint, measured_event::WasInView,
+    probe_measurement::ProbeMeasurement,
 };
 use bevy::prelude::*;
 
@@ -19,7 +20,7 @@ use bevy::prelude::*;
 /// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility, ProbeMeasurement, ClipRecovery, HistoryHint, ClipTask)]
+#[require(Transform, Visibility, ProbeMeasurement, ClipRecovery, HistoryHint, ClipTask, WasInView)]
 pub struct LightProbeSphere {
     /// Radius in meters. Finite and above 0. Defaults to 0.05.
     pub radius: f32,
@@ -45,6 +46,7 @@ impl LightProbeSphere {
 /// Material of a ball.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum BallSurface {
     /// A mirror, with the same reflectance at all angles.
     #[default]

@@ -18,7 +18,8 @@
 //!   [`unwrap`](crate::unwrap) ages its history accordingly,
 //! - the fraction of clipped pixels, the radiance of the marker's paper, and the gain of clipped light.
 //!
-//! A measurement is repeated only if the frame, a pose, a setting or the phantoms have changed.
+//! A measurement is repeated only if the frame, a pose, a setting or the phantoms have changed. [`EnvironmentMeasured`]
+//! is triggered on a probe with its first one, and [`is_lit_by_measurement`] is a condition for systems.
 //!
 //! # Clipped light, first estimate
 //! An 8-bit camera shows a lamp no brighter than white paper. The marker's paper makes up for what the clipped pixels
@@ -53,6 +54,7 @@ mod lens;
 mod lens_error;
 mod light_probe_sphere;
 mod measure;
+mod measured_event;
 mod observer;
 mod own_environment;
 mod paper;
@@ -71,6 +73,7 @@ pub use fisheye_projection::FisheyeProjection;
 pub use lens::{ImageCircle, ProbeLens};
 pub use lens_error::LensError;
 pub use light_probe_sphere::{BallSurface, LightProbeSphere, UniformSky};
+pub use measured_event::{EnvironmentMeasured, is_lit_by_measurement};
 pub use photo_pixels::{LinearPixels, PhotoPixels, open_photo};
 pub use probe_camera::{LightProbeCamera, ProbeCameraState};
 pub use probe_measurement::ProbeMeasurement;
@@ -108,17 +111,7 @@ pub struct ProbePlugin;
 impl Plugin for ProbePlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
-        app.register_type::<LightProbeSphere>()
-            .register_type::<BallSurface>()
-            .register_type::<UniformSky>()
-            .register_type::<ClipRecovery>()
-            .register_type::<ClipEvidence>()
-            .register_type::<ProbeMeasurement>()
-            .register_type::<LightProbeCamera>()
-            .register_type::<ProbeCameraState>()
-            .register_type::<EnvironmentFallback>()
-            .register_type::<EnvironmentOrigin>()
-            .register_required_components::<ArCamera, EnvironmentFallback>()
+        app.register_required_components::<ArCamera, EnvironmentFallback>()
             .add_systems(PreUpdate, allocate_cubes.in_set(MirrorballSystems::Allocate))
             .add_systems(
                 PostUpdate,
@@ -126,6 +119,7 @@ impl Plugin for ProbePlugin {
                     (measure::measure_probes, probe_camera::update_lens_views),
                     (own_environment::measure_own_views, choose_fallbacks::choose_fallbacks)
                         .run_if(resource_exists::<Assets<Image>>),
+                    measured_event::report_measurements,
                 )
                     .chain()
                     .in_set(MirrorballSystems::Measure),

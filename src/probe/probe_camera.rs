@@ -48,6 +48,7 @@ impl Default for LightProbeCamera {
 /// State of a [`LightProbeCamera`].
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum ProbeCameraState {
     /// No frame has arrived.
     #[default]
@@ -55,7 +56,17 @@ pub enum ProbeCameraState {
     /// Its frames contribute to the environment.
     Measuring,
     /// A setting is invalid; the text names it and its valid range.
-    Refused(String),
+    Failed(String),
+}
+
+impl ProbeCameraState {
+    /// Old name of [`ProbeCameraState::Failed`].
+    #[deprecated(since = "0.1.0", note = "use `ProbeCameraState::Failed`")]
+    #[doc(hidden)]
+    #[expect(non_snake_case, reason = "the name that the variant had")]
+    pub fn Refused(reason: String) -> Self {
+        Self::Failed(reason)
+    }
 }
 
 /// View of one probe camera, as input of the unwrap pass. It is compared to detect whether the pass has to run again.
@@ -85,10 +96,10 @@ pub(super) fn update_lens_views(mut commands: Commands, mut cameras: Query<Seein
             if is_good { Ok(()) } else { Err(LensError::Gain(gain)) }
         });
         if let Err(error) = checked {
-            let refused = ProbeCameraState::Refused(error.to_string());
-            if *state != refused {
+            let failed = ProbeCameraState::Failed(error.to_string());
+            if *state != failed {
                 error!("camera {entity}: {error}");
-                *state = refused;
+                *state = failed;
                 commands.entity(entity).remove::<LensView>();
             }
             continue;

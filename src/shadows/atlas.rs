@@ -25,7 +25,8 @@ pub(crate) type DomeIdentity = (AssetId<Image>, AssetId<ShaderBuffer>, DomeShade
 /// `render/visibility.wgsl`.
 ///
 /// The handles change only with the dome's settings. All contents are written on the GPU.
-#[derive(Resource, ExtractResource, Clone, Debug)]
+#[derive(Resource, ExtractResource, Reflect, Clone, Debug)]
+#[reflect(Resource, Debug, Clone)]
 pub struct DomeTextures {
     /// Depth atlas with a comparison sampler. 32-bit float, reversed depth: 1 is nearest to the light, 0 is empty.
     pub atlas: Handle<Image>,
@@ -43,7 +44,9 @@ pub struct DomeTextures {
     pub(super) visibility_size: UVec2,
     /// Pixels across one sample.
     pub(super) sample_pixels: u32,
+    #[reflect(ignore)]
     pub(crate) shader: DomeShader,
+    #[reflect(ignore)]
     pub(super) layout: AtlasLayout,
 }
 

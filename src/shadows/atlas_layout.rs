@@ -16,7 +16,7 @@ pub(super) const KEY_SPAN: u32 = 2;
 
 /// Arrangement of the tiles, row by row: all tiles for virtual casters, then all tiles for phantoms. Below them
 /// follow the larger squares of key lights, in the same order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct AtlasLayout {
     pub directions: u32,
     pub keys: u32,

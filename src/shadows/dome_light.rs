@@ -92,6 +92,7 @@ impl ShadowDomeLight {
 /// Part of the sphere in which a dome has shadow maps.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum DomeCoverage {
     /// Above the horizon. Light from below comes from the desk on which everything stands.
     #[default]
@@ -109,6 +110,7 @@ pub enum DomeCoverage {
 /// fragment; so does everything that an opaque prepass shows while a camera without the pass has both prepasses.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum VisibilitySamples {
     /// Like [`Half`](Self::Half), but each sample sums over a quarter of the directions (and all key lights) and
     /// takes the rest from its neighbors on the same surface. Geometry thinner than six pixels gets less accurate

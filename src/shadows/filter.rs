@@ -5,6 +5,7 @@ use bevy::{prelude::*, shader::ShaderDefVal};
 /// Filter of the shadow maps. The numbers are those of the texels or lookups that are compared.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum ShadowFilter {
     /// One texel: hard edges with visible steps.
     Nearest,

@@ -81,6 +81,7 @@ fn default_far() -> f32 {
 
 /// Kind of a light in a [`LightsFile`].
 #[derive(Deserialize, Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FileLightKind {
     /// Light with parallel rays.
     Directional,
@@ -90,6 +91,7 @@ pub enum FileLightKind {
 
 /// Error in a [`LightsFile`].
 #[derive(thiserror::Error, Debug)]
+#[non_exhaustive]
 pub enum LightsFileError {
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
@@ -206,7 +208,7 @@ impl FileLight {
 ///     commands.spawn((ShadowDomeLight::default(), DomeLights(assets.load("desk.lights.ron"))));
 /// }
 /// ```
-#[derive(Component, Reflect, Clone, Debug, PartialEq)]
+#[derive(Component, FromTemplate, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
 pub struct DomeLights(pub Handle<LightsFile>);
 

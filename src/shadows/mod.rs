@@ -120,7 +120,7 @@ mod visibility_camera;
 pub use atlas::DomeTextures;
 pub use dome_light::{DomeCoverage, DomeState, ShadowDomeLight, VisibilitySamples};
 pub use filter::ShadowFilter;
-pub use lights_file::{DomeLights, FileLight, FileLightKind, LightsFile, LightsFileError};
+pub use lights_file::{DomeLights, DomeLightsTemplate, FileLight, FileLightKind, LightsFile, LightsFileError};
 pub use pass_times::DomeTimes;
 
 pub(crate) use atlas::DomeIdentity;
@@ -149,10 +149,7 @@ impl Plugin for ShadowsPlugin {
         crate::schedule::require_assets(app, "ShadowsPlugin");
         crate::schedule::configure(app);
         render::load_shaders(app);
-        app.register_type::<ShadowDomeLight>()
-            .register_type::<DomeState>()
-            .register_type::<DomeLights>()
-            .init_asset::<LightsFile>()
+        app.init_asset::<LightsFile>()
             .init_asset_loader::<LightsFileLoader>()
             .init_resource::<FittedDome>()
             .init_resource::<Refreshing>()

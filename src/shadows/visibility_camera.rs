@@ -7,7 +7,7 @@ use super::{
 use crate::camera::ArCamera;
 use bevy::{
     core_pipeline::prepass::{DepthPrepass, NormalPrepass},
-    ecs::query::QueryData,
+    ecs::{entity::EntityHashSet, query::QueryData},
     prelude::*,
     render::{extract_component::ExtractComponent, renderer::RenderDevice, storage::ShaderBuffer},
 };
@@ -53,19 +53,20 @@ pub(super) fn choose_visibility_camera(
     device: Res<RenderDevice>,
     domes: Query<&ShadowDomeLight>,
     cameras: Query<CameraData, With<Camera3d>>,
-    mut announced: Local<Option<(Entity, usize)>>,
+    mut warned: Local<EntityHashSet>,
 ) {
     let samples = domes.iter().next().map_or(VisibilitySamples::Fragment, |dome| dome.samples);
     let pixels = samples.pixels();
     let active = cameras.iter().filter(|item| item.camera.is_active && pixels > 0);
     let chosen = active.min_by_key(|item| (!item.is_ar, item.camera.order, item.entity));
     if let Some(chosen) = &chosen {
-        let others = cameras.iter().filter(|item| item.is_ar && item.camera.is_active).count().saturating_sub(1);
-        if others > 0 && announced.replace((chosen.entity, others)) != Some((chosen.entity, others)) {
-            info!(
-                "ShadowDomeLight: camera {} has the visibility pass, because of its Camera::order; other AR cameras \
-                 ({others}) sum the same shadows in every fragment, which takes longer",
-                chosen.entity
+        let others = cameras.iter().filter(|item| item.is_ar && item.camera.is_active && item.entity != chosen.entity);
+        for other in others.filter(|item| warned.insert(item.entity)) {
+            warn!(
+                "camera {}: the visibility pass of ShadowDomeLight serves one ArCamera, which is {}. This one sums the \
+                 same shadows in every fragment, which takes longer. Give the camera that draws more the lower \
+                 Camera::order",
+                other.entity, chosen.entity
             );
         }
     }

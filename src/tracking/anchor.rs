@@ -2,7 +2,7 @@
 
 use super::{
     MarkerFamily, MarkerId, MarkerTracking, MarkerViews, PoseFilter, TrackingError, filtered_pose::PoseHistories,
-    same_number::FollowedSheets,
+    marker_events::ReportedFound, same_number::FollowedSheets,
 };
 use bevy::prelude::*;
 
@@ -21,17 +21,23 @@ use bevy::prelude::*;
 /// # }
 /// ```
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
-#[reflect(Component, Debug, Clone, PartialEq)]
-#[require(Transform, Visibility, MarkerTracking, MarkerViews, FollowedSheets, PoseFilter, PoseHistories)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+#[require(Transform, Visibility, MarkerTracking, MarkerViews, FollowedSheets, PoseFilter, PoseHistories, ReportedFound)]
 pub struct MarkerAnchor {
     /// Family of the marker. Only families of anchors are searched for. Defaults to tag36h11.
     pub family: MarkerFamily,
-    /// Number of the marker in its family (tag36h11: 0…586).
+    /// Number of the marker in its family (tag36h11: 0…586). Defaults to 0.
     pub id: u32,
     /// Side of the printed square in meters, finite and above 0. The square is the black one between white margin and
     /// data; in families [with the border inside](MarkerFamily::has_border_inside) the white one within the black
-    /// ring.
+    /// ring. Defaults to 0.1, as the shipped sheet is printed.
     pub size: f32,
+}
+
+impl Default for MarkerAnchor {
+    fn default() -> Self {
+        Self::new(0, 0.1)
+    }
 }
 
 impl MarkerAnchor {

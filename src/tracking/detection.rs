@@ -20,7 +20,8 @@ use std::{
 
 /// Marker detector of a game: that of AprilTag, unless the game inserts its own. Runs in the background for live
 /// feeds.
-#[derive(Resource, Clone)]
+#[derive(Resource, Reflect, Clone)]
+#[reflect(opaque, Resource, Clone)]
 pub struct MarkerDetection(Arc<Mutex<dyn MarkerDetector>>);
 
 impl MarkerDetection {

@@ -4,6 +4,7 @@ use super::{MarkerFamily, MarkerId};
 
 /// Errors of tracking. A marker that is not in view is not an error.
 #[derive(thiserror::Error, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum TrackingError {
     /// The crate was built without a detector and the game has not inserted one.
     #[error("no marker detector: enable the feature `apriltag` or insert the resource MarkerDetection")]

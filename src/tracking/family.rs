@@ -19,6 +19,7 @@ use std::{fmt, str::FromStr};
 /// ```
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum MarkerFamily {
     /// 587 markers of 6 × 6 bits.
     #[default]

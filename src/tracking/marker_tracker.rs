@@ -8,7 +8,10 @@ use super::{
     align_pattern::{Alignment, align_pattern},
 };
 use crate::camera::FramePixels;
-use bevy::ecs::component::Component;
+use bevy::{
+    ecs::{component::Component, reflect::ReflectComponent},
+    reflect::{Reflect, std_traits::ReflectDefault},
+};
 use glam::{DVec2, UVec2};
 
 /// Number of frames from one search of the whole frame to the next while no wanted marker is missing: for new markers.
@@ -45,7 +48,8 @@ const WINDOW_COST: u32 = 4;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Component, Clone, Debug, Default)]
+#[derive(Component, Reflect, Clone, Debug, Default)]
+#[reflect(Component, Default, Debug, Clone)]
 pub struct MarkerTracker {
     size: UVec2,
     markers: Vec<Followed>,
@@ -56,7 +60,7 @@ pub struct MarkerTracker {
 }
 
 /// A marker of the last frame, and how far its corners had moved since the one before.
-#[derive(Clone, Debug)]
+#[derive(Reflect, Clone, Debug)]
 struct Followed {
     marker: DetectedMarker,
     shift: [DVec2; 4],

@@ -37,6 +37,8 @@
 //! # Lost markers
 //! A lost marker is a state, not an error: [`MarkerTracking::state`] changes, everything keeps its last pose, and
 //! tracking resumes when the marker is detected again. It is held for a moment before it counts as lost.
+//! [`MarkerFound`] and [`MarkerLost`] are triggered on the anchor when that changes, and [`any_marker_tracked`] and
+//! [`world_origin_tracked`] are conditions for systems.
 //!
 //! # Stillness
 //! The [`PoseFilter`] beside each anchor smooths the poses of live feeds: strongly at rest, hardly in motion. It runs
@@ -85,6 +87,7 @@ mod detector;
 mod error;
 mod family;
 mod filtered_pose;
+mod marker_events;
 mod marker_tracker;
 mod marker_views;
 mod pattern;
@@ -111,6 +114,7 @@ pub use detection::MarkerDetection;
 pub use detector::{DetectedMarker, LumaView, MarkerDetector};
 pub use error::TrackingError;
 pub use family::{MarkerFamily, MarkerId};
+pub use marker_events::{MarkerFound, MarkerLost, any_marker_tracked, world_origin_tracked};
 pub use marker_tracker::MarkerTracker;
 pub use marker_views::MarkerViews;
 pub use pattern::MarkerPattern;
@@ -145,6 +149,7 @@ pub fn find_markers(
 /// Visibility of a marker.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum MarkerState {
     /// Not detected yet.
     #[default]
@@ -218,14 +223,7 @@ pub struct TrackingPlugin;
 impl Plugin for TrackingPlugin {
     fn build(&self, app: &mut App) {
         crate::schedule::configure(app);
-        app.register_type::<MarkerAnchor>()
-            .register_type::<MarkerBoard>()
-            .register_type::<WorldOrigin>()
-            .register_type::<MarkerTracking>()
-            .register_type::<MarkerViews>()
-            .register_type::<PoseFilter>()
-            .register_type::<DetectedMarkers>()
-            .init_resource::<FramesAwaitTracking>()
+        app.init_resource::<FramesAwaitTracking>()
             .init_resource::<UndistortionMaps>()
             .add_observer(recording::forget_past)
             .add_observer(recording::read_sidecar)
@@ -238,6 +236,7 @@ impl Plugin for TrackingPlugin {
                     detection::detect_at_once,
                     track::estimate_poses,
                     track::apply_poses,
+                    marker_events::report_markers,
                     recording::record_frames,
                 )
                     .chain()

@@ -65,6 +65,7 @@ impl Default for PoseFilter {
 /// Feeds whose poses a [`PoseFilter`] filters.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[reflect(Default, Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum FilterUse {
     /// Webcams, images of the game that change, and recordings of them. Clips, files and frames of the game stay as
     /// they are measured.

@@ -42,10 +42,13 @@ use std::{
 ///     }
 /// }
 /// ```
-#[derive(Component, Debug)]
+#[derive(Component, Reflect, Debug)]
+#[reflect(from_reflect = false, Component, Debug)]
 pub struct FrameRecorder {
     folder: PathBuf,
+    #[reflect(ignore)]
     writer: Option<Writer>,
+    #[reflect(ignore)]
     error: Arc<Mutex<Option<String>>>,
 }
 
@@ -56,7 +59,8 @@ struct Writer {
 }
 
 impl FrameRecorder {
-    /// Records into a folder, which is created. Files that are in it are overwritten.
+    /// Records into a folder, which is created; relative paths start in the working directory. Files that are in it are
+    /// overwritten.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into(), writer: None, error: Arc::default() }
     }

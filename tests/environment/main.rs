@@ -11,6 +11,7 @@ mod gpu;
 mod prefilter;
 #[path = "../support/radiance_cube.rs"]
 mod radiance_cube;
+mod reflection;
 mod scene_probe;
 mod settle;
 mod shaders;

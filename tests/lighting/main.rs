@@ -6,7 +6,10 @@ mod darker_views;
 #[path = "../support/gpu.rs"]
 mod gpu;
 mod lights;
+#[path = "../support/logged.rs"]
+mod logged;
 mod map_view;
+mod measured_event;
 #[cfg(feature = "apriltag")]
 mod measuring;
 mod probe;
@@ -20,4 +23,5 @@ mod solved;
 mod sphere;
 mod traced_desk;
 mod truth;
+mod unused_brackets;
 mod unwrap_truth;

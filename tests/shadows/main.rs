@@ -12,6 +12,8 @@ mod gpu;
 mod kept_lookups;
 mod lamps;
 mod life_cycle;
+#[path = "../support/logged.rs"]
+mod logged;
 mod long_run;
 #[path = "../support/radiance_cube.rs"]
 mod radiance_cube;
@@ -24,3 +26,4 @@ mod simple_scenes;
 mod sky_cube;
 mod soft_edges;
 mod toon;
+mod unserved_cameras;

@@ -2,6 +2,7 @@
 //! link the engine.
 
 mod mirrors;
+mod prelude;
 mod scripts;
 mod size;
 

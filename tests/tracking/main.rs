@@ -2,6 +2,7 @@
 
 mod authoring;
 mod background;
+mod bsn;
 mod calibration;
 #[cfg(feature = "apriltag")]
 mod boards;
@@ -15,6 +16,7 @@ mod follow;
 #[path = "../support/gpu.rs"]
 mod gpu;
 mod lens;
+mod marker_events;
 #[cfg(feature = "apriltag")]
 mod pose_error;
 #[cfg(feature = "apriltag")]

@@ -6,6 +6,7 @@ use std::panic::catch_unwind;
 
 /// Identification of a camera.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum DeviceId {
     /// The first camera that [`list_devices`] finds.
     #[default]
@@ -20,6 +21,7 @@ pub enum DeviceId {
 
 /// Exposure time of a camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum DeviceExposure {
     /// The current setting of the camera: its own default, or what another program has set.
     #[default]
@@ -36,6 +38,7 @@ pub enum DeviceExposure {
 
 /// Encoding in which frames are transferred from the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum DeviceEncoding {
     /// The encoding that best meets the requested size and rate; uncompressed if both do equally well.
     #[default]

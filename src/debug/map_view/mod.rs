@@ -28,6 +28,7 @@ use map_view_pipeline::init_map_view_pipeline;
 /// Map to show: one of those that light the scene.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum ShownMap {
     /// Environment as the probes measured it, in linear camera units.
     #[default]
@@ -71,11 +72,12 @@ impl ShownMap {
 /// # }
 /// ```
 #[derive(Component, Reflect, Clone, Debug)]
-#[reflect(Component, Debug, Clone)]
+#[reflect(Component, Default, Debug, Clone)]
 pub struct MapView {
-    /// Map to show.
+    /// Map to show. Defaults to the measured environment.
     pub map: ShownMap,
-    /// Image of the map. The GPU writes it: do not change the asset.
+    /// Image of the map. The GPU writes it: do not change the asset. Defaults to one that is allocated when the view is
+    /// spawned.
     pub image: Handle<Image>,
 }
 
@@ -95,12 +97,32 @@ impl MapView {
     }
 }
 
+impl Default for MapView {
+    /// A view of the measured environment. The plugin allocates its image when it is spawned.
+    fn default() -> Self {
+        Self { map: ShownMap::default(), image: Handle::default() }
+    }
+}
+
+// A handle takes its component out of Bevy's blanket `FromTemplate`, which `bsn!` needs. No file is drawn into, so a
+// template that loads one would be of no use.
+impl Unpin for MapView {}
+
+/// Gives views without an image one.
+fn allocate_images(mut views: Query<&mut MapView, Added<MapView>>, mut images: ResMut<Assets<Image>>) {
+    for mut view in &mut views {
+        if view.image == Handle::default() {
+            *view = MapView::new(view.map, &mut images);
+        }
+    }
+}
+
 /// Draws [`MapView`]s. Costs nothing without them.
 pub struct MapViewPlugin;
 
 impl Plugin for MapViewPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<MapView>();
+        app.add_systems(PreUpdate, allocate_images.run_if(resource_exists::<Assets<Image>>));
     }
 
     fn finish(&self, app: &mut App) {

@@ -5,10 +5,12 @@ use super::{
     regions::{Region, connected_groups},
 };
 use crate::{luminance::luminance, median::median_by};
+use bevy::reflect::Reflect;
 use glam::Vec3;
 
 /// A light, as detected in one frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Debug, Clone, PartialEq)]
 pub struct DetectedLight {
     /// Direction to the light from the center of the ball, unit vector in world space.
     pub direction: Vec3,

@@ -6,6 +6,7 @@ use super::{
     regions::{Region, neighbors_of},
 };
 use crate::luminance::luminance;
+use bevy::reflect::TypePath;
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -26,7 +27,7 @@ pub struct SolvedRegion {
 }
 
 /// Light of the surroundings with its clipped parts recovered.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(TypePath, Clone, Debug, Default, PartialEq)]
 pub struct SolvedLight {
     /// Clipped regions.
     pub regions: Vec<SolvedRegion>,

@@ -61,9 +61,7 @@ impl Default for SoftPhantomEdges {
 
 pub(super) fn build(app: &mut App) {
     embedded_asset!(app, "soft_edges_pass.wgsl");
-    app.register_type::<SoftPhantomEdges>()
-        .add_plugins(ExtractComponentPlugin::<SoftPhantomEdges>::default())
-        .add_systems(PostUpdate, ask_for_prepasses);
+    app.add_plugins(ExtractComponentPlugin::<SoftPhantomEdges>::default()).add_systems(PostUpdate, ask_for_prepasses);
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
         return;
     };

@@ -1,6 +1,6 @@
 //! Surface style of an entity or a scene.
 
-use bevy::prelude::*;
+use bevy::{ecs::VariantDefaults, prelude::*};
 
 /// Shading style of a mesh, or of all meshes below the root of a spawned scene.
 ///
@@ -16,7 +16,7 @@ use bevy::prelude::*;
 /// commands.spawn((WorldAssetRoot(robot), SurfaceStyle::Toon(default())));
 /// # }
 /// ```
-#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Component, VariantDefaults, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum SurfaceStyle {

@@ -31,10 +31,7 @@ fn what_is_no_cube_is_refused_and_a_cube_given_later_is_taken() {
     };
     assert!(!is_lit(&app), "one layer");
     let state = app.world().get::<EnvironmentState>(camera);
-    assert!(
-        matches!(state, Some(EnvironmentState::Refused(why)) if why.contains("64 × 64 with 1 layers")),
-        "{state:?}"
-    );
+    assert!(matches!(state, Some(EnvironmentState::Failed(why)) if why.contains("64 × 64 with 1 layers")), "{state:?}");
     let later = [cube(24, |_| DVec3::ONE), cube(32, |_| DVec3::splat(3.0)), cube(16, |_| DVec3::splat(0.25))];
     for (source, expected) in later.into_iter().zip([1.0, 3.0, 0.25]) {
         let source = app.world_mut().resource_mut::<Assets<Image>>().add(source);
@@ -50,7 +47,7 @@ fn what_is_no_cube_is_refused_and_a_cube_given_later_is_taken() {
     assert!(!is_lit(&app), "no image");
     // Bevy's default image is one white pixel.
     let state = app.world().get::<EnvironmentState>(camera);
-    assert!(matches!(state, Some(EnvironmentState::Refused(why)) if why.contains("1 × 1")), "{state:?}");
+    assert!(matches!(state, Some(EnvironmentState::Failed(why)) if why.contains("1 × 1")), "{state:?}");
     let coming = app.world().resource::<Assets<Image>>().reserve_handle();
     app.world_mut().entity_mut(camera).insert(LiveEnvironment::new(coming));
     app.update();

@@ -98,5 +98,5 @@ fn a_lens_that_cannot_be_is_refused_with_a_reason() {
     app.update();
     app.update();
     let state = app.world().get::<ProbeCameraState>(camera);
-    assert!(matches!(state, Some(ProbeCameraState::Refused(reason)) if reason.contains("fov_degrees")), "{state:?}");
+    assert!(matches!(state, Some(ProbeCameraState::Failed(reason)) if reason.contains("fov_degrees")), "{state:?}");
 }

@@ -1,8 +1,10 @@
 //! Camera feeds from clips, images and games, in the background or in lockstep; errors are states.
 
 mod clips;
+mod events;
 mod exposure_series;
 mod images;
+mod paths;
 mod search;
 
 use bevy::prelude::*;

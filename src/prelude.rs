@@ -1,0 +1,26 @@
+//! What most games import: the components, what one reads back from them, the events and the run conditions.
+
+#[cfg(feature = "webcam")]
+pub use crate::camera::{DeviceExposure, DeviceId, DeviceOptions};
+#[cfg(feature = "egui")]
+pub use crate::debug::MirrorballPanelPlugin;
+pub use crate::{
+    MirrorballPlugins,
+    camera::{
+        ArCamera, CameraFeed, CameraFrame, FeedLost, FeedPace, FeedRecovered, FeedState, FrameFit, Intrinsics,
+        any_feed_lost,
+    },
+    lighting::{RealLight, RealLightAppeared, RealLightVanished},
+    materials::{ShowPhantoms, SoftPhantomEdges, SurfaceStyle, ToonStyle},
+    phantom::PhantomObject,
+    prefilter::{EnvironmentState, LiveEnvironment, Refresh},
+    probe::{
+        EnvironmentFallback, EnvironmentMeasured, EnvironmentOrigin, LightProbeCamera, LightProbeSphere,
+        ProbeCameraState, ProbeLens, ProbeMeasurement, is_lit_by_measurement,
+    },
+    shadows::{DomeState, ShadowDomeLight, ShadowFilter},
+    tracking::{
+        FrameRecorder, MarkerAnchor, MarkerBoard, MarkerFound, MarkerLost, MarkerState, MarkerTracking, PoseFilter,
+        WorldOrigin, any_marker_tracked, world_origin_tracked,
+    },
+};
