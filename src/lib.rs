@@ -83,6 +83,9 @@
 //! - `webcam`: `CameraFeed::device`; on Linux building needs libclang.
 //! - `egui`: `debug::MirrorballPanelPlugin`.
 //!
+//! Without default features the library type-checks for browsers (`wasm32-unknown-unknown`); `docs/WEB.md` says what a
+//! game has to bring, and what is different there.
+//!
 //! # Frames of reference and units
 //! World: Bevy's, right-handed, +Y up, meters. Marker: origin at the center of the black square, +X right, +Y out of
 //! the paper, +Z to the bottom edge of the marker as the AprilTag project prints it; flat on a desk it has +Y up.
@@ -143,6 +146,7 @@
 
 // The ground floor, then the stages in the order of the data flow.
 pub mod environment_map;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod headless;
 
 pub mod camera;
@@ -165,6 +169,7 @@ mod median;
 mod panic_text;
 mod schedule;
 mod trigonometry;
+mod unpad_rows;
 
 /// Old name of [`prefilter`] and [`environment_map`].
 #[deprecated(
@@ -185,6 +190,7 @@ pub mod stage {
 }
 
 /// Old name of [`headless`].
+#[cfg(not(target_arch = "wasm32"))]
 #[deprecated(since = "0.1.0", note = "use `headless`")]
 #[doc(hidden)]
 pub mod offscreen {

@@ -1,7 +1,7 @@
 //! Apps without a window.
 
-use super::HeadlessError;
-use crate::{device::WaitBeforeDrop, panic_text::panic_text};
+use super::{HeadlessError, device_wait::WaitBeforeDrop};
+use crate::panic_text::panic_text;
 use bevy::{
     app::{PanicHandlerPlugin, PluginGroupBuilder},
     core_pipeline::CorePipelinePlugin,

@@ -10,8 +10,8 @@ use super::{
     solids::{Surroundings, solids_of},
 };
 use crate::{camera::PosedFrame, phantom::StageRole};
-use bevy::{camera::primitives::Aabb, prelude::*};
-use std::{sync::Arc, time::Instant};
+use bevy::{camera::primitives::Aabb, platform::time::Instant, prelude::*};
+use std::sync::Arc;
 
 type ProbeItem = (
     Ref<'static, LightProbeSphere>,

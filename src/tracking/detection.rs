@@ -7,13 +7,11 @@ use super::{
 use crate::camera::{ArCamera, ArrivingFrame, CameraFrame, UndistortionMaps};
 use bevy::{
     ecs::entity::EntityHashMap,
+    platform::time::Instant,
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
 };
-use std::{
-    sync::{Arc, Mutex, PoisonError},
-    time::Instant,
-};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Marker detector of a game: that of AprilTag, unless the game inserts its own. Runs in the background for live
 /// feeds.
