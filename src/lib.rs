@@ -216,6 +216,7 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 /// | [`authoring::AuthoringPlugin`] | glTF extras → components |
 /// | [`debug::MirrorballDiagnosticsPlugin`] | measurements as Bevy diagnostics |
 /// | [`debug::MapViewPlugin`] | images of the environment's maps |
+/// | [`debug::MirrorballGizmosPlugin`] | markers, balls, lights, dome and phantoms as lines; off by default |
 ///
 /// Each can be used alone or left out with [`PluginGroupBuilder::disable`].
 #[derive(Default)]
@@ -236,6 +237,7 @@ impl PluginGroup for MirrorballPlugins {
             .add(authoring::AuthoringPlugin)
             .add(debug::MirrorballDiagnosticsPlugin)
             .add(debug::MapViewPlugin)
+            .add(debug::MirrorballGizmosPlugin)
     }
 }
 
