@@ -1,4 +1,4 @@
-//! Graphics device: requirements of the stages, and waiting with a time limit.
+//! Graphics device: requirements of the stages, and noticing its loss.
 //!
 //! Each stage calls [`can_draw`] when the renderer starts. If the device lacks something, the stage logs one line and
 //! stays off.
@@ -12,16 +12,10 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{DownlevelFlags, PollType, WgpuLimits},
-        renderer::{RenderAdapter, RenderAdapterInfo, RenderDevice, RenderQueue},
+        renderer::{RenderAdapter, RenderAdapterInfo, RenderDevice},
     },
 };
-use std::{
-    panic::{AssertUnwindSafe, catch_unwind},
-    time::Duration,
-};
-
-/// Time that the device may be busy without progress before it counts as hung.
-pub(crate) const MAX_BUSY_TIME: Duration = Duration::from_secs(120);
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Requirements of a stage beyond drawing and compute shaders.
 pub(crate) struct Needs {
@@ -76,28 +70,6 @@ pub(crate) fn mirrors_samples(app: &App) -> bool {
     app.world().get_resource::<RenderAdapterInfo>().is_some_and(|adapter| adapter.name.contains("SwiftShader"))
 }
 
-/// Activity of a device.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum DeviceState {
-    /// All submitted work is done.
-    Idle,
-    /// Work was left at the end of the waiting time.
-    Busy,
-    /// The device is lost.
-    Lost,
-}
-
-/// Waits until a device is idle, at most for `timeout`.
-pub(crate) fn wait(device: &RenderDevice, timeout: Duration) -> DeviceState {
-    let poll = || device.poll(PollType::Wait { submission_index: None, timeout: Some(timeout) });
-    // wgpu panics while it waits for a lost device.
-    match catch_unwind(AssertUnwindSafe(poll)) {
-        Ok(Ok(_)) => DeviceState::Idle,
-        Ok(Err(_)) => DeviceState::Busy,
-        Err(_) => DeviceState::Lost,
-    }
-}
-
 /// Marks an app that notices when the device is lost.
 #[derive(Resource)]
 struct NoticesLoss;
@@ -115,38 +87,6 @@ fn ask_device(device: Res<RenderDevice>, mut is_lost: Local<bool>) {
     if !*is_lost && catch_unwind(AssertUnwindSafe(poll)).is_err() {
         error!("the graphics device is lost: its driver was reset or updated, or it was unplugged. Start again");
         *is_lost = true;
-    }
-}
-
-/// Guard that waits for the device before the world that holds it is dropped. wgpu itself waits for six seconds, then
-/// panics.
-#[derive(Resource)]
-pub(crate) struct WaitBeforeDrop {
-    device: RenderDevice,
-    queue: RenderQueue,
-}
-
-impl WaitBeforeDrop {
-    /// Adds the guard to an app whose renderer has started.
-    pub(crate) fn add(app: &mut App) {
-        let world = app.world_mut();
-        if let (Some(device), Some(queue)) =
-            (world.get_resource::<RenderDevice>().cloned(), world.get_resource::<RenderQueue>().cloned())
-        {
-            world.insert_resource(Self { device, queue });
-        }
-    }
-}
-
-impl Drop for WaitBeforeDrop {
-    fn drop(&mut self) {
-        if wait(&self.device, MAX_BUSY_TIME) == DeviceState::Busy {
-            error!(
-                "the graphics device has been busy for {MAX_BUSY_TIME:?}, its driver seems to hang; its memory is not \
-                 freed"
-            );
-            std::mem::forget(self.queue.clone());
-        }
     }
 }
 

@@ -122,6 +122,9 @@
 //! - `webcam`: `CameraFeed::device`; on Linux building needs libclang.
 //! - `egui`: `debug::MirrorballPanelPlugin`.
 //!
+//! Without default features the library type-checks for browsers (`wasm32-unknown-unknown`); `docs/WEB.md` says what a
+//! game has to bring, and what is different there.
+//!
 //! # Frames of reference and units
 //! World: Bevy's, right-handed, +Y up, meters. Marker: origin at the center of the black square, +X right, +Y out of
 //! the paper, +Z to the bottom edge of the marker as the AprilTag project prints it; flat on a desk it has +Y up.
@@ -182,6 +185,7 @@
 
 // The ground floor, then the stages in the order of the data flow.
 pub mod environment_map;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod headless;
 
 pub mod camera;
@@ -207,6 +211,7 @@ mod panic_text;
 mod relative_paths;
 mod schedule;
 mod trigonometry;
+mod unpad_rows;
 
 /// Old name of [`prefilter`] and [`environment_map`].
 #[deprecated(
@@ -227,6 +232,7 @@ pub mod stage {
 }
 
 /// Old name of [`headless`].
+#[cfg(not(target_arch = "wasm32"))]
 #[deprecated(since = "0.1.0", note = "use `headless`")]
 #[doc(hidden)]
 pub mod offscreen {
@@ -252,6 +258,7 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 /// | [`authoring::AuthoringPlugin`] | glTF extras → components |
 /// | [`debug::MirrorballDiagnosticsPlugin`] | measurements as Bevy diagnostics |
 /// | [`debug::MapViewPlugin`] | images of the environment's maps |
+/// | [`debug::MirrorballGizmosPlugin`] | markers, balls, lights, dome and phantoms as lines; off by default |
 ///
 /// Each can be used alone or left out with [`PluginGroupBuilder::disable`].
 #[derive(Default)]
@@ -272,6 +279,7 @@ impl PluginGroup for MirrorballPlugins {
             .add(authoring::AuthoringPlugin)
             .add(debug::MirrorballDiagnosticsPlugin)
             .add(debug::MapViewPlugin)
+            .add(debug::MirrorballGizmosPlugin)
     }
 }
 

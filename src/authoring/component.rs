@@ -3,17 +3,17 @@
 use super::{
     error::ExtrasProblem,
     fields::Fields,
-    rules::{Albedo, Flag, HexColor, Pixels, Positive, Whole, Word, quoted, shown},
+    rules::{Word, quoted, shown},
 };
 use crate::{
-    materials::{SurfaceStyle, ToonStyle},
+    materials::SurfaceStyle,
     phantom::PhantomObject,
-    probe::{BallSurface, LightProbeSphere},
-    shadows::{DomeCoverage, ShadowDomeLight, ShadowFilter, VisibilitySamples},
-    tracking::{MarkerAnchor, MarkerFamily, WorldOrigin},
+    probe::{ClipRecovery, LightProbeSphere},
+    shadows::ShadowDomeLight,
+    tracking::{MarkerAnchor, MarkerBoard, PoseFilter, WorldOrigin},
 };
 use bevy::prelude::*;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// A component that can be read from the extras of a glTF node, where it stands under its own name.
 pub(super) trait FromExtras: Component + Sized {
@@ -22,13 +22,18 @@ pub(super) trait FromExtras: Component + Sized {
     /// Plain strings that are accepted in place of an object, and their values.
     const WORDS: &'static [(&'static str, fn() -> Self)] = &[];
 
-    /// Reads the component from the fields of an object. Returns `None` only if `fields` has noted a problem; the
-    /// result may also contain defaults in that case.
+    /// Reads the component from the fields of an object. Returns `None` only if `fields` has noted a problem, or if
+    /// another component that it is made of has one; the result may also contain defaults in that case.
     fn from_fields(fields: &mut Fields) -> Option<Self>;
 }
 
-/// Reads the value under the name `component`.
-fn read_value<C: FromExtras>(component: &'static str, value: &Value) -> Result<C, Vec<ExtrasProblem>> {
+/// Reads the value under the name `component`, which stands among the extras `beside`. Returns an error without
+/// problems if the reason is a mistake in another component, which is reported there.
+pub(super) fn read_value<C: FromExtras>(
+    component: &'static str,
+    value: &Value,
+    beside: &Map<String, Value>,
+) -> Result<C, Vec<ExtrasProblem>> {
     if let Some((_, make)) = value.as_str().and_then(|found| C::WORDS.iter().find(|(word, _)| *word == found)) {
         return Ok(make());
     }
@@ -40,7 +45,7 @@ fn read_value<C: FromExtras>(component: &'static str, value: &Value) -> Result<C
         }
         return Err(vec![ExtrasProblem::WrongForm { component, found: shown(value), expected }]);
     };
-    let mut fields = Fields::new(component, C::EXAMPLE, object);
+    let mut fields = Fields::new(component, C::EXAMPLE, object, beside);
     let read = C::from_fields(&mut fields);
     let problems = fields.into_problems();
     match read {
@@ -78,10 +83,13 @@ macro_rules! authored_components {
                 };
             }
 
-            /// Reads the value under `name`. Returns `None` if no component has that name.
-            pub(super) fn read(name: &str, value: &Value) -> Option<Result<Self, Vec<ExtrasProblem>>> {
+            /// Reads the value under `name` in `extras`. Returns `None` if no component has that name.
+            pub(super) fn read(name: &str, extras: &Map<String, Value>) -> Option<Result<Self, Vec<ExtrasProblem>>> {
+                let value = extras.get(name)?;
                 match name {
-                    $(stringify!($component) => Some(read_value(stringify!($component), value).map(Self::$component)),)+
+                    $(stringify!($component) => {
+                        Some(read_value(stringify!($component), value, extras).map(Self::$component))
+                    })+
                     _ => None,
                 }
             }
@@ -92,10 +100,16 @@ macro_rules! authored_components {
 authored_components! {
     /// A printed marker.
     MarkerAnchor,
+    /// Further markers that are fixed to the marker.
+    MarkerBoard,
+    /// The smoothing of the marker's poses.
+    PoseFilter,
     /// The marker that keeps its place in the world while the camera moves.
     WorldOrigin,
     /// The mirrored ball.
     LightProbeSphere,
+    /// The recovery of what the camera clips of the ball's light.
+    ClipRecovery,
     /// The stand-in for a real object.
     PhantomObject,
     /// The dome of shadow directions.
@@ -104,134 +118,27 @@ authored_components! {
     SurfaceStyle,
 }
 
-/// Names of the marker families.
-const FAMILIES: [&str; MarkerFamily::ALL.len()] = {
-    let mut names = [""; MarkerFamily::ALL.len()];
-    let mut i = 0;
-    while i < names.len() {
-        names[i] = MarkerFamily::ALL[i].name();
-        i += 1;
-    }
-    names
-};
-
-impl FromExtras for MarkerAnchor {
-    const EXAMPLE: &'static str = r#"{"id": 0, "size": 0.1}"#;
-
-    fn from_fields(fields: &mut Fields) -> Option<Self> {
-        let family = choice(fields, "family", &FAMILIES, &MarkerFamily::ALL).unwrap_or_default();
-        let id = fields.required("id", Whole { min: 0, max: family.marker_count() - 1 });
-        let size = fields.required("size", Positive::METERS);
-        Some(Self::new(id?, size?).with_family(family))
-    }
-}
-
-impl FromExtras for WorldOrigin {
-    const EXAMPLE: &'static str = "{}";
-
-    fn from_fields(_: &mut Fields) -> Option<Self> {
-        Some(Self)
-    }
-}
-
-impl FromExtras for LightProbeSphere {
-    const EXAMPLE: &'static str = r#"{"radius": 0.05, "reflectance": 0.9, "surface": "Mirror"}"#;
-
-    fn from_fields(fields: &mut Fields) -> Option<Self> {
-        let default = Self::default();
-        Some(Self {
-            radius: fields.optional("radius", Positive::METERS).unwrap_or(default.radius),
-            reflectance: fields.optional("reflectance", Positive::FRACTION).unwrap_or(default.reflectance),
-            surface: match fields.optional("surface", Word(&["Mirror", "Dielectric"])) {
-                Some("Dielectric") => BallSurface::Dielectric,
-                _ => default.surface,
-            },
-        })
-    }
-}
-
-impl FromExtras for PhantomObject {
-    const EXAMPLE: &'static str = r#"{"casts": true, "receives": true, "reflectance": [0.8, 0.8, 0.8]}"#;
-
-    fn from_fields(fields: &mut Fields) -> Option<Self> {
-        let default = Self::default();
-        Some(Self {
-            casts: fields.optional("casts", Flag).unwrap_or(default.casts),
-            receives: fields.optional("receives", Flag).unwrap_or(default.receives),
-            reflectance: fields.optional("reflectance", Albedo),
-        })
-    }
-}
-
 /// Reads a field that holds the name of one of several values; `words` and `values` are in the same order.
-fn choice<T: Copy>(fields: &mut Fields, name: &'static str, words: &'static [&'static str], values: &[T]) -> Option<T> {
+pub(super) fn choice<T: Copy>(
+    fields: &mut Fields,
+    name: &'static str,
+    words: &'static [&'static str],
+    values: &[T],
+) -> Option<T> {
     let word = fields.optional(name, Word(words))?;
     words.iter().position(|known| *known == word).and_then(|place| values.get(place).copied())
-}
-
-impl FromExtras for ShadowDomeLight {
-    const EXAMPLE: &'static str = r#"{"directions": 64, "resolution": 256, "filter": "Gauss"}"#;
-
-    fn from_fields(fields: &mut Fields) -> Option<Self> {
-        use {DomeCoverage as Coverage, ShadowFilter as Filter, VisibilitySamples as Samples};
-        let default = Self::default();
-        let all = Whole { min: 1, max: Self::MAX_DIRECTIONS };
-        let coverages = [Coverage::Hemisphere, Coverage::Sphere];
-        let samples = [Samples::Interleaved, Samples::Half, Samples::Full, Samples::Fragment];
-        let soft = Filter::Pcss { angular_radius: 0.1 };
-        let filters =
-            [Filter::Nearest, Filter::Bilinear, Filter::Gauss, Filter::Pcf9, Filter::Pcf25, Filter::Pcf49, soft];
-        let filter_names = &["Nearest", "Bilinear", "Gauss", "Pcf9", "Pcf25", "Pcf49", "Pcss"];
-        let mut filter = choice(fields, "filter", filter_names, &filters).unwrap_or(default.filter);
-        if let (Filter::Pcss { angular_radius }, Some(given)) =
-            (&mut filter, fields.optional("angular_radius", Positive::RADIANS))
-        {
-            *angular_radius = given;
-        }
-        Some(Self {
-            directions: fields.optional("directions", all).unwrap_or(default.directions),
-            coverage: choice(fields, "coverage", &["Hemisphere", "Sphere"], &coverages).unwrap_or(default.coverage),
-            key_lights: fields
-                .optional("key_lights", Whole { min: 0, max: Self::MAX_KEY_LIGHTS })
-                .unwrap_or(default.key_lights),
-            resolution: fields.optional("resolution", Whole { min: 32, max: 1024 }).unwrap_or(default.resolution),
-            filter,
-            samples: choice(fields, "samples", &["Interleaved", "Half", "Full", "Fragment"], &samples)
-                .unwrap_or(default.samples),
-            refreshed_per_frame: fields
-                .optional("refreshed_per_frame", Whole { min: 1, max: Self::MAX_DIRECTIONS })
-                .unwrap_or(default.refreshed_per_frame),
-            dim_share: fields.optional("dim_share", Positive::FRACTION).unwrap_or(default.dim_share),
-            occludes_reflections: fields.optional("occludes_reflections", Flag).unwrap_or(default.occludes_reflections),
-        })
-    }
-}
-
-impl FromExtras for SurfaceStyle {
-    const EXAMPLE: &'static str =
-        r##"{"Toon": {"bands": 3, "highlight": true, "outline_width": 2, "outline_color": "#000000"}}"##;
-    const WORDS: &'static [(&'static str, fn() -> Self)] =
-        &[("ImageBased", || Self::ImageBased), ("Toon", || Self::Toon(default())), ("Engine", || Self::Engine)];
-
-    fn from_fields(fields: &mut Fields) -> Option<Self> {
-        fields.required_object("Toon", "SurfaceStyle.Toon", |fields| {
-            let default = ToonStyle::default();
-            let bands = Whole { min: ToonStyle::MIN_BANDS, max: ToonStyle::MAX_BANDS };
-            let width = Pixels { max: ToonStyle::MAX_OUTLINE_WIDTH };
-            Self::Toon(ToonStyle {
-                bands: fields.optional("bands", bands).unwrap_or(default.bands),
-                highlight: fields.optional("highlight", Flag).unwrap_or(default.highlight),
-                outline_width: fields.optional("outline_width", width).unwrap_or(default.outline_width),
-                outline_color: fields.optional("outline_color", HexColor).unwrap_or(default.outline_color),
-            })
-        })
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::authoring::number_rules::Whole;
     use serde_json::json;
+
+    /// Reads a component that stands alone.
+    fn read_value<C: FromExtras>(component: &'static str, value: &Value) -> Result<C, Vec<ExtrasProblem>> {
+        super::read_value(component, value, &Map::new())
+    }
 
     /// Example of a component that is an enum: a word, or an object with details.
     #[derive(Component, Debug, PartialEq)]
@@ -268,43 +175,18 @@ mod tests {
     fn every_example_is_accepted_and_complete() {
         fn check<C: FromExtras>() {
             let value = serde_json::from_str(C::EXAMPLE).expect("the example is JSON");
-            assert!(read_value::<C>("example", &value).is_ok(), "{}", C::EXAMPLE);
+            let anchor = serde_json::from_str(MarkerAnchor::EXAMPLE).expect("the example is JSON");
+            let beside = Map::from_iter([("MarkerAnchor".to_string(), anchor)]);
+            assert!(super::read_value::<C>("example", &value, &beside).is_ok(), "{}", C::EXAMPLE);
         }
         check::<MarkerAnchor>();
+        check::<MarkerBoard>();
+        check::<PoseFilter>();
         check::<WorldOrigin>();
         check::<LightProbeSphere>();
+        check::<ClipRecovery>();
         check::<PhantomObject>();
         check::<ShadowDomeLight>();
         check::<SurfaceStyle>();
-    }
-
-    #[test]
-    fn a_style_is_a_word_or_a_toon_with_details() {
-        let toon = |toon| Ok(SurfaceStyle::Toon(toon));
-        assert_eq!(read_value("SurfaceStyle", &json!("Toon")), toon(default()));
-        assert_eq!(read_value("SurfaceStyle", &json!("Engine")), Ok(SurfaceStyle::Engine));
-        assert_eq!(read_value("SurfaceStyle", &json!({"Toon": {}})), toon(default()));
-        let details = json!({"Toon": {"bands": 4, "highlight": false, "outline_width": 0, "outline_color": "#ff8000"}});
-        let outline_color = Color::srgb_u8(255, 128, 0);
-        let expected = ToonStyle { bands: 4, highlight: false, outline_width: 0.0, outline_color };
-        assert_eq!(read_value("SurfaceStyle", &details), toon(expected));
-    }
-
-    #[test]
-    fn mistakes_within_a_toon_are_named_with_their_place() {
-        let mistakes = [
-            (json!({"Toon": {"bands": 9}}), "SurfaceStyle.Toon.bands is 9"),
-            (json!({"Toon": {"outline_width": -1}}), "SurfaceStyle.Toon.outline_width is -1"),
-            (json!({"Toon": {"outline_color": "black"}}), "SurfaceStyle.Toon.outline_color is \"black\""),
-            (json!({"Toon": {"band": 3}}), "SurfaceStyle.Toon.band is unknown"),
-            (json!({"Toon": 3}), "SurfaceStyle.Toon is 3"),
-            (json!({}), "SurfaceStyle.Toon is missing"),
-            (json!({"Tune": {}, "Toon": {}}), "SurfaceStyle.Tune is unknown"),
-        ];
-        for (json, expected) in mistakes {
-            let problems = read_value::<SurfaceStyle>("SurfaceStyle", &json).expect_err("a mistake");
-            let text = problems[0].to_string();
-            assert!(problems.len() == 1 && text.starts_with(expected), "{json}: {problems:?}, {text}");
-        }
     }
 }

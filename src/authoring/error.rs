@@ -152,6 +152,32 @@ pub enum ExtrasProblem {
         /// The alternative of leaving the field out; empty for mandatory fields.
         or_omit: &'static str,
     },
+    /// Something in a list is wrong.
+    #[error("number {number} of the list: {problem}")]
+    InList {
+        /// Place in the list, from 1.
+        number: usize,
+        /// The mistake.
+        problem: Box<ExtrasProblem>,
+    },
+    /// Another component that this one belongs to is not there.
+    #[error("{component} needs {needed} beside it; add that to the extras of the same node, for example {example}")]
+    MissingNeighbor {
+        /// The component.
+        component: &'static str,
+        /// The other component.
+        needed: &'static str,
+        /// A complete value of the other component.
+        example: &'static str,
+    },
+    /// Each field is accepted, but not all of them together.
+    #[error("{component} is not accepted: {reason}")]
+    Contradiction {
+        /// The component.
+        component: &'static str,
+        /// What is wrong with it, and how to correct it.
+        reason: String,
+    },
 }
 
 /// Warning about extras that are ignored: their name resembles that of a component, or is that of a component that is

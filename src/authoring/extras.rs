@@ -5,7 +5,7 @@ use super::{
     component::AuthoredComponent,
     error::{AuthoringError, ExtrasError, ExtrasProblem, ExtrasWarning, NodeContext},
 };
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// Result of parsing the extras of one node.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,15 +57,17 @@ pub fn parse_node_extras(json: &str, context: &NodeContext) -> ParsedExtras {
         }
     };
     // `serde_json` keeps the order of the file if any crate of the build enables that.
-    let mut entries: Vec<_> = entries.into_iter().collect();
-    entries.sort_by(|(a, _), (b, _)| a.cmp(b));
-    for (key, value) in entries {
+    let mut keys: Vec<_> = entries.keys().cloned().collect();
+    keys.sort();
+    // Components stand beside each other as objects, however they are written.
+    let entries: Map<_, _> = entries.into_iter().map(|(key, value)| (key, as_object(value))).collect();
+    for key in keys {
         let known = AuthoredComponent::NAMES.iter().find(|name| **name == key);
         if let Some(meant) = known.filter(|name| !context.place.takes(name)) {
             parsed.warnings.push(ExtrasWarning { context: context.clone(), key, meant });
             continue;
         }
-        match AuthoredComponent::read(&key, &as_object(value)) {
+        match AuthoredComponent::read(&key, &entries) {
             Some(Ok(component)) => parsed.components.push(component),
             Some(Err(problems)) => parsed.errors.extend(problems.into_iter().map(error)),
             None => {

@@ -3,7 +3,7 @@
 use super::{
     closest_name::closest_name,
     error::ExtrasProblem,
-    rules::{Mismatch, Object, Rule, shown},
+    rules::{List, Mismatch, Object, Rule, shown},
 };
 use serde_json::{Map, Value};
 
@@ -13,14 +13,36 @@ pub(super) struct Fields<'a> {
     component: &'static str,
     example: &'static str,
     object: &'a Map<String, Value>,
+    beside: &'a Map<String, Value>,
     known: Vec<&'static str>,
     problems: Vec<ExtrasProblem>,
 }
 
 impl<'a> Fields<'a> {
-    /// Starts with `object`, which is the value of `component`; `example` is a complete value of that component.
-    pub(super) fn new(component: &'static str, example: &'static str, object: &'a Map<String, Value>) -> Self {
-        Self { component, example, object, known: Vec::new(), problems: Vec::new() }
+    /// Starts with `object`, which is the value of `component`; `example` is a complete value of that component, and
+    /// `beside` are all extras that it stands among.
+    pub(super) fn new(
+        component: &'static str,
+        example: &'static str,
+        object: &'a Map<String, Value>,
+        beside: &'a Map<String, Value>,
+    ) -> Self {
+        Self { component, example, object, beside, known: Vec::new(), problems: Vec::new() }
+    }
+
+    /// Returns the value of another component in the same extras.
+    pub(super) fn beside(&self, component: &str) -> Option<&'a Value> {
+        self.beside.get(component)
+    }
+
+    /// Returns whether the object has no fields at all.
+    pub(super) fn is_empty(&self) -> bool {
+        self.object.is_empty()
+    }
+
+    /// Notes a problem that is not one of a single field.
+    pub(super) fn note(&mut self, problem: ExtrasProblem) {
+        self.problems.push(problem);
     }
 
     /// Reads a mandatory field. Returns `None` and notes a problem if it is absent or wrong.
@@ -48,12 +70,56 @@ impl<'a> Fields<'a> {
         read: impl FnOnce(&mut Fields) -> T,
     ) -> Option<T> {
         let object = self.required(field, Object)?;
-        let mut inner = Fields::new(path, self.example, &object);
-        let value = read(&mut inner);
-        let problems = inner.into_problems();
+        let (value, problems) = self.read_object(path, &object, read);
         let is_faultless = problems.is_empty();
         self.problems.extend(problems);
         is_faultless.then_some(value)
+    }
+
+    /// Reads an optional field whose value is such an object. Returns `None` if it is absent, and also notes the
+    /// problems if anything in it is wrong.
+    pub(super) fn optional_object<T>(
+        &mut self,
+        field: &'static str,
+        path: &'static str,
+        read: impl FnOnce(&mut Fields) -> T,
+    ) -> Option<T> {
+        if self.object.contains_key(field) {
+            return self.required_object(field, path, read);
+        }
+        self.known.push(field);
+        None
+    }
+
+    /// Reads an optional field whose value is a list of such objects; problems name their number, from 1. Returns
+    /// `None` if it is absent, and also notes the problems if anything in it is wrong.
+    pub(super) fn optional_objects<T>(
+        &mut self,
+        field: &'static str,
+        path: &'static str,
+        mut read: impl FnMut(&mut Fields) -> Option<T>,
+    ) -> Option<Vec<T>> {
+        let list = self.optional(field, List)?;
+        let (mut values, noted) = (Vec::new(), self.problems.len());
+        for (number, object) in (1..).zip(&list) {
+            let (value, problems) = self.read_object(path, object, &mut read);
+            values.extend(value);
+            let in_list = |problem| ExtrasProblem::InList { number, problem: Box::new(problem) };
+            self.problems.extend(problems.into_iter().map(in_list));
+        }
+        (self.problems.len() == noted).then_some(values)
+    }
+
+    /// Reads an object within this one.
+    fn read_object<T>(
+        &self,
+        path: &'static str,
+        object: &Map<String, Value>,
+        read: impl FnOnce(&mut Fields) -> T,
+    ) -> (T, Vec<ExtrasProblem>) {
+        let mut inner = Fields::new(path, self.example, object, self.beside);
+        let value = read(&mut inner);
+        (value, inner.into_problems())
     }
 
     fn read<R: Rule>(&mut self, field: &'static str, rule: R, or_omit: &'static str) -> Option<R::Value> {

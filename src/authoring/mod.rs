@@ -8,8 +8,11 @@
 //! | extras of a node | component |
 //! |---|---|
 //! | `{"MarkerAnchor": {"id": 0, "size": 0.1, "family": "tag36h11"}}` | [`MarkerAnchor`]; `id` and `size` are mandatory |
+//! | `{"MarkerBoard": {"grid": {"columns": 3, "rows": 2, "spacing": 0.13}}}`, see [below](self#boards) | [`MarkerBoard`], beside a `MarkerAnchor` |
+//! | `{"PoseFilter": {"filter": "Live", "min_cutoff": 1, "lost_after": 0.5}}`, all its fields, times in seconds | [`PoseFilter`], beside a `MarkerAnchor` |
 //! | `{"WorldOrigin": {}}` | [`WorldOrigin`] |
 //! | `{"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9, "surface": "Mirror"}}` | [`LightProbeSphere`]; or `"Dielectric"` |
+//! | `{"ClipRecovery": {"is_enabled": true, "paper_reflectance": 0.8, "max_gain": 1000, "evidence": "Desk"}}` | [`ClipRecovery`], beside a `LightProbeSphere`; or `"Paper"` |
 //! | `{"PhantomObject": {"casts": true, "receives": true, "reflectance": 0.8}}` | [`PhantomObject`]; the reflectance is optional and may be `[r, g, b]`, linear |
 //! | `{"ShadowDomeLight": {"directions": 64, "filter": "Gauss"}}`, all its fields | [`ShadowDomeLight`] |
 //! | `{"SurfaceStyle": "Toon"}`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and its descendants |
@@ -18,6 +21,23 @@
 //! One node may have several components. Omitted fields take the component's default. The tag family is optional;
 //! [`MarkerFamily`] lists them. Colors are sRGB. Lengths are in meters, in the node's own frame of reference; the
 //! node's scale is not applied.
+//!
+//! # Boards
+//! The further markers of a [`MarkerBoard`] are given by a layout with the constructors' names, or one by one. Family
+//! and size are those of the anchor unless said otherwise:
+//!
+//! | field of `MarkerBoard` | markers |
+//! |---|---|
+//! | `"grid": {"columns": 3, "rows": 2, "spacing": 0.13}` | [`MarkerBoard::grid`] |
+//! | `"around_ball": {"x": 0.17, "z": 0.01, "radius": 0.05}` | [`MarkerBoard::around_ball`] |
+//! | `"box_sides": {"box_size": [0.2, 0.12, 0.15], "size": 0.08}` | [`MarkerBoard::box_sides`]; `size` is optional |
+//! | `"markers": [{"id": 5, "position": [0.13, 0, 0]}, …]` | each with its `id` and `position`, optionally `size`, `family` and `rotation_degrees` |
+//!
+//! A `position` is in the frame of the anchor's marker: +x to the right, +y out of the paper, +z to the bottom edge, as
+//! in the exported file (Blender's own axes are others: its z is y here, its y is −z). `rotation_degrees` turns about
+//! the fixed axes x, y and z, in this order; `[90, 0, 0]` faces the bottom edge, as the front of a box does. In
+//! Blender the easiest property is a text with the whole object; see
+//! [`parse_node_extras`].
 //!
 //! # Where they may stand
 //! On nodes (objects in Blender), and on meshes (the data of an object), whose components go to every node that uses
@@ -38,11 +58,17 @@
 //! an app call [`read_scene_components`].
 //!
 //! # Adding a component
-//! Add its name to the list and an implementation of `FromExtras` in `component.rs`. A component can also be authored
-//! as a plain string.
+//! Add its name to the list and an implementation of `FromExtras` to one of the files `…_components.rs`. A component
+//! can also be authored as a plain string, and be made of another one in the same extras, as boards are.
 //!
 //! [`GltfExtras`]: bevy::gltf::GltfExtras
 //! [`MarkerAnchor`]: crate::tracking::MarkerAnchor
+//! [`MarkerBoard`]: crate::tracking::MarkerBoard
+//! [`MarkerBoard::grid`]: crate::tracking::MarkerBoard::grid
+//! [`MarkerBoard::around_ball`]: crate::tracking::MarkerBoard::around_ball
+//! [`MarkerBoard::box_sides`]: crate::tracking::MarkerBoard::box_sides
+//! [`PoseFilter`]: crate::tracking::PoseFilter
+//! [`ClipRecovery`]: crate::probe::ClipRecovery
 //! [`MarkerFamily`]: crate::tracking::MarkerFamily
 //! [`WorldOrigin`]: crate::tracking::WorldOrigin
 //! [`LightProbeSphere`]: crate::probe::LightProbeSphere
@@ -55,9 +81,14 @@ mod component;
 mod error;
 mod extras;
 mod fields;
+mod light_components;
+mod marker_board;
+mod marker_components;
+mod number_rules;
 mod rules;
 mod scene_file;
 mod spawned;
+mod surface_components;
 
 pub use component::AuthoredComponent;
 pub use error::{AuthoringError, ExtrasError, ExtrasPlace, ExtrasProblem, ExtrasWarning, NodeContext};

@@ -5,9 +5,10 @@ use super::{
     feed::FeedSource,
     source::{Arrival, FrameSource, SourceFrame},
 };
-use crate::headless::unpad_rows;
+use crate::unpad_rows::unpad_rows;
 use bevy::{
     ecs::observer::On,
+    platform::time::Instant,
     prelude::*,
     render::{
         gpu_readback::{Readback, ReadbackComplete},
@@ -16,7 +17,7 @@ use bevy::{
 };
 use std::{
     sync::{Arc, Mutex, PoisonError},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// Newest pixels of an image, until the feed is polled.

@@ -3,6 +3,7 @@
 use super::{CameraError, FramePixels, Intrinsics, source::SourceFrame};
 use crate::image_files::{check_size, is_linear, open_linear, without_panic};
 use bevy::{
+    platform::time::Instant,
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, TaskPool, futures::check_ready},
 };
@@ -10,7 +11,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, ImageResult};
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 impl FramePixels {

@@ -10,12 +10,13 @@ use crate::{
 };
 use bevy::{
     diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic},
+    platform::time::Instant,
     prelude::*,
     render::{Extract, ExtractSchedule, Render, RenderApp, RenderSystems, renderer::RenderQueue},
 };
 use std::{
     sync::{Arc, Mutex, PoisonError},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// Frames per second that the source delivers.

@@ -2,8 +2,8 @@
 
 use super::MAIN_THREAD;
 use crate::MirrorballSystems;
-use bevy::{diagnostic::Diagnostics, prelude::*};
-use std::time::{Duration, Instant};
+use bevy::{diagnostic::Diagnostics, platform::time::Instant, prelude::*};
+use std::time::Duration;
 
 /// Time spent in this update so far.
 #[derive(Resource, Default)]

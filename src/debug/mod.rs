@@ -2,7 +2,9 @@
 //!
 //! **Enters:** the results that the other stages leave on their entities. **Leaves:** Bevy
 //! [diagnostics](bevy::diagnostic) under the paths below, a [`Checklist`] for new users, images of all maps that
-//! light the scene ([`MapView`]) and, with the feature `egui`, a panel that shows all of it and switches styles.
+//! light the scene ([`MapView`]), lines in the picture that show markers, balls, lights, the dome and phantoms
+//! ([`MirrorballGizmos`], off by default) and, with the feature `egui`, a panel that shows all of it and switches
+//! styles.
 //!
 //! | path | unit | meaning |
 //! |---|---|---|
@@ -25,6 +27,7 @@
 
 mod checklist;
 mod diagnostics;
+mod gizmos;
 mod main_thread;
 mod map_view;
 mod memory;
@@ -36,6 +39,7 @@ pub use diagnostics::{
     BALL_ERROR, CAPTURE_RATE, DECODE, DETECT, DROPPED, KEY_LIGHT_ANGLE, LIGHTING_AGE, MAIN_THREAD, MEASURE,
     MirrorballDiagnosticsPlugin, RECOVER,
 };
+pub use gizmos::{MirrorballGizmos, MirrorballGizmosPlugin};
 pub use map_view::{MapView, MapViewPlugin, ShownMap};
 pub use memory::{DeviceMemory, device_memory};
 #[cfg(feature = "egui")]

@@ -1,11 +1,12 @@
 //! Apps without a window.
 
-use super::HeadlessError;
-use crate::{device::WaitBeforeDrop, panic_text::panic_text};
+use super::{HeadlessError, device_wait::WaitBeforeDrop};
+use crate::panic_text::panic_text;
 use bevy::{
     app::{PanicHandlerPlugin, PluginGroupBuilder},
     core_pipeline::CorePipelinePlugin,
     diagnostic::{DiagnosticsPlugin, FrameCountPlugin},
+    gizmos::GizmoPlugin,
     gltf::GltfPlugin,
     input::InputPlugin,
     light::LightPlugin,
@@ -52,6 +53,8 @@ impl PluginGroup for HeadlessPlugins {
             .add(CorePipelinePlugin)
             .add(GltfPlugin::default())
             .add(PbrPlugin::default())
+            // lights come with gizmos of their own, which need it
+            .add(GizmoPlugin)
     }
 }
 

@@ -1,4 +1,5 @@
-//! Rendering without a window, for tools, tests and servers.
+//! Rendering without a window, for tools, tests and servers. Not for the web, where a program cannot wait for the
+//! graphics device: the module is not there.
 //!
 //! Everything in this crate runs headless, also on software Vulkan. This module replaces the thirty lines that each
 //! headless program would need: an [`App`](bevy::app::App) without window and event loop, a texture to render into,
@@ -9,11 +10,11 @@
 //! deadlines in seconds, because frames in which nothing is drawn take no time.
 
 mod app;
+mod device_wait;
 mod readback;
 mod settle;
 mod target;
 
-pub(crate) use readback::unpad_rows;
 pub use {
     app::{build_app, default_plugins, update},
     readback::{read_texture, record},

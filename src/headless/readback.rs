@@ -1,19 +1,21 @@
 //! Readback of textures from the GPU to the CPU.
 
-use super::{HeadlessError, update};
-use crate::device::{self, DeviceState, MAX_BUSY_TIME};
+use super::{
+    HeadlessError,
+    device_wait::{DeviceState, MAX_BUSY_TIME, wait},
+    update,
+};
+use crate::unpad_rows::unpad_rows;
 use bevy::{
     ecs::observer::On,
+    platform::time::Instant,
     prelude::*,
     render::{
         gpu_readback::{Readback, ReadbackComplete},
         renderer::RenderDevice,
     },
 };
-use std::{
-    collections::VecDeque,
-    time::{Duration, Instant},
-};
+use std::{collections::VecDeque, time::Duration};
 
 /// Largest number of frames in which a texture arrives once the GPU is idle, with a margin.
 const MAX_IDLE_FRAMES: u32 = 16;
@@ -107,7 +109,7 @@ fn wait_for_readbacks(
         let Some(device) = app.world().get_resource::<RenderDevice>().cloned() else {
             return Err(HeadlessError::NoAnswer);
         };
-        match device::wait(&device, Duration::from_millis(500).min(patience)) {
+        match wait(&device, Duration::from_millis(500).min(patience)) {
             DeviceState::Idle if idle >= MAX_IDLE_FRAMES => return Err(HeadlessError::NoAnswer),
             DeviceState::Idle => idle += 1,
             DeviceState::Busy if last_news.elapsed() > patience => return Err(HeadlessError::Hung(patience)),
@@ -134,26 +136,4 @@ fn pause_cameras(world: &mut World) -> Vec<Entity> {
         }
     }
     paused
-}
-
-/// Alignment in bytes of the rows of textures that wgpu copies to the CPU.
-const ROW_ALIGNMENT: usize = 256;
-
-/// Bytes of a texture copied from the GPU, without the padding behind each of its rows, which are `row` bytes long.
-pub(crate) fn unpad_rows(bytes: &[u8], row: usize) -> Vec<u8> {
-    let padded_row = row.next_multiple_of(ROW_ALIGNMENT);
-    bytes.chunks(padded_row).flat_map(|padded| &padded[..row.min(padded.len())]).copied().collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn padding_behind_rows_is_dropped() {
-        let mut bytes = vec![9; 2 * ROW_ALIGNMENT];
-        bytes[..4].copy_from_slice(&[1, 2, 3, 4]);
-        bytes[ROW_ALIGNMENT..ROW_ALIGNMENT + 4].copy_from_slice(&[5, 6, 7, 8]);
-        assert_eq!(unpad_rows(&bytes, 4), [1, 2, 3, 4, 5, 6, 7, 8]);
-    }
 }

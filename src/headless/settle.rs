@@ -1,9 +1,12 @@
 //! Rendering until a condition is met.
 
-use super::{HeadlessError, update};
-use crate::device::{self, DeviceState, MAX_BUSY_TIME};
+use super::{
+    HeadlessError,
+    device_wait::{DeviceState, MAX_BUSY_TIME, wait},
+    update,
+};
 use bevy::{
-    platform::collections::HashSet,
+    platform::{collections::HashSet, time::Instant},
     prelude::*,
     render::{
         RenderApp,
@@ -12,7 +15,7 @@ use bevy::{
     },
     shader::ShaderCacheError,
 };
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Number of successive frames without loading shaders after which all pipelines count as compiled.
 const MIN_QUIET_FRAMES: u32 = 4;
@@ -33,7 +36,7 @@ pub fn update_until(
         update(app)?;
         // Frames are submitted faster than a slow device finishes them. Without waiting here, the backlog would look
         // like a device that hangs.
-        match app.world().get_resource::<RenderDevice>().map(|device| device::wait(device, MAX_BUSY_TIME)) {
+        match app.world().get_resource::<RenderDevice>().map(|device| wait(device, MAX_BUSY_TIME)) {
             Some(DeviceState::Busy) => return Err(HeadlessError::Hung(MAX_BUSY_TIME)),
             Some(DeviceState::Lost) => return Err(HeadlessError::Stopped),
             Some(DeviceState::Idle) | None => (),

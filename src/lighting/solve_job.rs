@@ -8,11 +8,8 @@ use crate::{
     camera::{ArCamera, CameraFrame},
     probe::{ClipRecovery, LightProbeSphere, ProbeMeasurement},
 };
-use bevy::{math::Affine3A, prelude::*};
-use std::{
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use bevy::{math::Affine3A, platform::time::Instant, prelude::*};
+use std::{sync::Arc, time::Duration};
 
 /// State of the world that a solution depends on, apart from the markers and the camera's pose.
 pub(super) struct SolveInputs<'a> {

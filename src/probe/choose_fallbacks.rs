@@ -22,7 +22,7 @@ use bevy::{
         render_resource::{Extent3d, TextureDimension, TextureFormat},
         renderer::RenderDevice,
     },
-    tasks::{AsyncComputeTaskPool, Task, block_on, futures::check_ready},
+    tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
 };
 use std::path::PathBuf;
 
@@ -129,10 +129,10 @@ pub(super) fn choose_fallbacks(
         let is_asked = fallback.saved.is_some() || fallback.file.is_some();
         if fallback.is_changed() && is_asked {
             let (saved, path) = (fallback.saved.clone(), fallback.file.clone());
-            let task = AsyncComputeTaskPool::get().spawn(async move { open_files(saved, path, max_edge) });
             if !is_lockstep {
+                let task = AsyncComputeTaskPool::get().spawn(async move { open_files(saved, path, max_edge) });
                 commands.entity(entity).insert(FallbackFile(task));
-            } else if let Some(found) = block_on(task) {
+            } else if let Some(found) = open_files(saved, path, max_edge) {
                 take_file(&mut commands, &mut images, entity, &mut origin, image.as_deref(), found);
                 continue;
             }

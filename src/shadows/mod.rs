@@ -106,6 +106,7 @@ mod bounding_sphere;
 mod casters;
 mod directions;
 mod dome_light;
+mod dome_rays;
 mod filter;
 mod fit;
 mod fitted_dome;
@@ -125,6 +126,7 @@ pub use pass_times::DomeTimes;
 
 pub(crate) use atlas::DomeIdentity;
 pub(crate) use casters::AlphaMask;
+pub(crate) use dome_rays::{DomeRay, DomeRays};
 pub(crate) use filter::DomeShader;
 pub(crate) use fit::Lamp;
 

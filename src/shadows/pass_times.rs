@@ -3,9 +3,10 @@
 use super::dome_light::DomeState;
 use bevy::{
     diagnostic::{DiagnosticPath, DiagnosticsStore},
+    platform::time::Instant,
     prelude::*,
 };
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Milliseconds of each part of the dome on the GPU, in the last frame that the GPU has reported. 0 for a part that has
 /// not run for a second, as shadow maps do where nothing moves, and for all parts without Bevy's

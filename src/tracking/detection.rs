@@ -10,13 +10,11 @@ use crate::{
 };
 use bevy::{
     ecs::entity::EntityHashMap,
+    platform::time::Instant,
     prelude::*,
     tasks::{Task, futures::check_ready},
 };
-use std::{
-    sync::{Arc, Mutex, PoisonError},
-    time::Instant,
-};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Marker detector of a game: that of AprilTag, unless the game inserts its own. Runs in the background for live
 /// feeds.

@@ -28,7 +28,8 @@ use std::{
 ///
 /// Frames are written as PNG by a thread of their own. The sidecar has their times of capture, the intrinsics and the
 /// [`PoseFilter`] of each anchor, so the recording plays back with the same poses, to the last bit, if the same markers
-/// are wanted. For that, tracking forgets its past when recording starts. Bracketed exposures are not recorded.
+/// are wanted. For that, tracking forgets its past when recording starts. Bracketed exposures are not recorded. On the
+/// web, which has neither threads nor folders, [`error`](Self::error) says so.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -78,11 +79,15 @@ impl FrameRecorder {
         self.writer.get_or_insert_with(|| {
             let (frames, received) = sync_channel(MAX_WAITING);
             let (folder, error) = (self.folder.clone(), self.error.clone());
-            thread::spawn(move || {
+            let thread = thread::Builder::new().name("frame recorder".to_owned()).spawn(move || {
                 if let Err(reason) = write(&folder, &settings, &received) {
                     report(&folder, &error, &reason.to_string());
                 }
             });
+            // On the web there are no threads.
+            if let Err(reason) = thread {
+                report(&self.folder, &self.error, &reason.to_string());
+            }
             Writer { frames, last: None }
         })
     }

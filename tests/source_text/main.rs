@@ -1,8 +1,9 @@
-//! The text of the sources: comments that name a mirror or a twin, the width of lines, the length of files. Does not
-//! link the engine.
+//! The text of the sources: comments that name a mirror or a twin, the width of lines, the length of files, what has no
+//! place on the web. Does not link the engine.
 
 mod mirrors;
 mod prelude;
+mod portable;
 mod scripts;
 mod size;
 

@@ -6,12 +6,12 @@ use bevy_mirrorball::{
     authoring::{AuthoredComponent, AuthoringError, ExtrasPlace, ExtrasProblem, NodeComponents, read_scene_components},
     materials::{SurfaceStyle, ToonStyle},
     phantom::PhantomObject,
-    probe::LightProbeSphere,
+    probe::{ClipEvidence, ClipRecovery, LightProbeSphere},
     shadows::ShadowDomeLight,
-    tracking::{MarkerAnchor, WorldOrigin},
+    tracking::{FilterUse, MarkerAnchor, MarkerBoard, PoseFilter, WorldOrigin},
 };
 use serde_json::{Value, json};
-use std::path::Path;
+use std::{path::Path, time::Duration};
 
 fn components_of(nodes: &[NodeComponents]) -> Vec<(usize, &str, Vec<AuthoredComponent>)> {
     nodes.iter().map(|node| (node.index, node.node.as_str(), node.components.clone())).collect()
@@ -40,6 +40,32 @@ fn text_and_binary_files_give_the_same_components() {
                 outline_width: 3.5,
                 ..default()
             }))],
+        ),
+        (
+            7,
+            "sheet",
+            vec![
+                AuthoredComponent::MarkerAnchor(MarkerAnchor::new(20, 0.05)),
+                AuthoredComponent::MarkerBoard(MarkerBoard::grid(&MarkerAnchor::new(20, 0.05), 2, 2, 0.07)),
+                AuthoredComponent::PoseFilter(PoseFilter {
+                    filter: FilterUse::Always,
+                    lost_after: Duration::from_millis(250),
+                    predict: true,
+                    ..default()
+                }),
+            ],
+        ),
+        (
+            8,
+            "small ball",
+            vec![
+                AuthoredComponent::ClipRecovery(ClipRecovery {
+                    paper_reflectance: 0.7,
+                    evidence: ClipEvidence::Paper,
+                    ..default()
+                }),
+                AuthoredComponent::LightProbeSphere(LightProbeSphere { radius: 0.02, ..default() }),
+            ],
         ),
     ];
     let set = complete_set();

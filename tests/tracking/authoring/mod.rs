@@ -56,6 +56,15 @@ fn complete_set() -> Value {
         {"name": "dome", "extras": {"ShadowDomeLight": {"directions": 16}, "shadowdomelight": 1}},
         {"name": "robot", "extras": {"SurfaceStyle": "Toon"}},
         {"name": "ink", "extras": {"SurfaceStyle": {"Toon": {"bands": 2, "outline_width": 3.5}}}},
+        {"name": "sheet", "extras": {
+            "MarkerAnchor": {"id": 20, "size": 0.05},
+            "MarkerBoard": {"grid": {"columns": 2, "rows": 2, "spacing": 0.07}},
+            "PoseFilter": {"filter": "Always", "lost_after": 0.25, "predict": true},
+        }},
+        {"name": "small ball", "extras": {
+            "LightProbeSphere": {"radius": 0.02},
+            "ClipRecovery": {"paper_reflectance": 0.7, "evidence": "Paper"},
+        }},
     ]))
 }
 

@@ -14,7 +14,8 @@ use bevy::{
 use bevy_mirrorball::{
     authoring::{AuthoredComponent, AuthoringPlugin, AuthoringReport, read_scene_components},
     phantom::PhantomObject,
-    tracking::WorldOrigin,
+    probe::ClipRecovery,
+    tracking::{PoseFilter, WorldOrigin},
 };
 use serde_json::json;
 use std::{
@@ -85,12 +86,18 @@ fn node<'w>(app: &'w mut App, name: &str) -> EntityRef<'w> {
     app.world().entity(entity)
 }
 
-/// Asserts that the node carries these of our components and no others.
+/// Asserts that the node carries these of our components and no others. Anchors and balls have a filter and a recovery
+/// by themselves, with the default settings.
 fn assert_components(node: EntityRef, expected: &[AuthoredComponent]) {
     let mut found = Vec::new();
+    let recovery = node.get().filter(|recovery| **recovery != ClipRecovery::default());
+    found.extend(recovery.cloned().map(AuthoredComponent::ClipRecovery));
     found.extend(node.get().cloned().map(AuthoredComponent::LightProbeSphere));
     found.extend(node.get().cloned().map(AuthoredComponent::MarkerAnchor));
+    found.extend(node.get().cloned().map(AuthoredComponent::MarkerBoard));
     found.extend(node.get().cloned().map(AuthoredComponent::PhantomObject));
+    let filter = node.get().filter(|filter| **filter != PoseFilter::default());
+    found.extend(filter.cloned().map(AuthoredComponent::PoseFilter));
     found.extend(node.get().cloned().map(AuthoredComponent::ShadowDomeLight));
     found.extend(node.get().cloned().map(AuthoredComponent::SurfaceStyle));
     found.extend(node.get().cloned().map(AuthoredComponent::WorldOrigin));
