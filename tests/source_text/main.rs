@@ -2,6 +2,7 @@
 //! link the engine.
 
 mod mirrors;
+mod readme;
 mod scripts;
 mod size;
 
