@@ -1,5 +1,5 @@
-//! How does a game hear of the lamps in the room? Each is an entity that comes and goes with the lamp; here each gets an
-//! arrow that points at it, in the color of its light.
+//! How does a game hear of the lamps in the room? Each is an entity that comes and goes with the lamp; here each gets
+//! an arrow that points at it, in the color of its light.
 //!
 //! `cargo run --example real_light_events`
 

@@ -1,5 +1,5 @@
-//! How do I use my own camera and desk? Print `assets/markers/tag36h11-0.svg`, put a mirrored ball of 10 cm 17 cm to its
-//! right and 1 cm towards its bottom edge, and read what this program says is missing.
+//! How do I use my own camera and desk? Print `assets/markers/tag36h11-0.svg`, put a mirrored ball of 10 cm 17 cm to
+//! its right and 1 cm towards its bottom edge, and read what this program says is missing.
 //!
 //! `cargo run --example webcam --features webcam`
 

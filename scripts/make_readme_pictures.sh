@@ -65,10 +65,9 @@ make_two_markers() {
 
 make_dance_stage() {
     draw dance_stage --headless --frames $moving_frames --size $moving_size --toon "dancer,mirror ball" --out "$work/dance"
-    # one palette for all frames, so that what stands still does not flicker
-    ffmpeg -loglevel error -y -framerate $moving_rate -i "$work/dance/frame_%04d.png" -filter_complex \
-        "split[a][b];[a]palettegen=max_colors=128:stats_mode=full[palette];[b][palette]paletteuse=dither=bayer:bayer_scale=4" \
-        -loop 0 "$pictures/dance_stage.gif"
+    # an animated WebP: a tenth of a GIF's size, and without its 256 colors
+    ffmpeg -loglevel error -y -framerate $moving_rate -i "$work/dance/frame_%04d.png" -c:v libwebp_anim -quality 70 \
+        -compression_level 4 -loop 0 "$pictures/dance_stage.webp"
 }
 
 make_panel() {
