@@ -5,10 +5,14 @@
 //! cargo run --example marker_sheet -- --kind ball --paper A4-landscape --out sheet.svg
 //! ```
 
+#[path = "support/mod.rs"]
+mod support;
+
 use bevy::math::{Vec2, Vec3};
 use bevy_mirrorball::tracking::{MarkerAnchor, MarkerBoard, MarkerFamily, MarkerSheet, PaperSize};
 use lexopt::prelude::*;
 use std::{path::PathBuf, process::ExitCode};
+use support::{Outcome, exit_code};
 
 const USAGE: &str = "marker_sheet --kind KIND --out FILE
 
@@ -23,8 +27,6 @@ const USAGE: &str = "marker_sheet --kind KIND --out FILE
                      marker, and its diameter [170,10,100]
   --grid C,R,MM      columns, rows, distance between middles [2,3,70]
   --box W,H,D        width, height and depth of the box [80,60,80]";
-
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 fn three(text: &str) -> Outcome<[f32; 3]> {
     let numbers = text.split(',').map(|number| number.trim().parse()).collect::<Result<Vec<f32>, _>>()?;
@@ -75,14 +77,5 @@ fn run() -> Outcome<String> {
 }
 
 fn main() -> ExitCode {
-    match run() {
-        Ok(said) => {
-            println!("{said}");
-            ExitCode::SUCCESS
-        }
-        Err(error) => {
-            eprintln!("marker_sheet: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code("marker_sheet", run().map(|said| println!("{said}")))
 }

@@ -9,8 +9,8 @@
 //! fraction of all light. The label shows the light's number, its fraction of all light in percent and its elevation in
 //! degrees. Needs no window; renders on software Vulkan too.
 
-#[path = "support/rgb_image.rs"]
-mod rgb_image;
+#[path = "support/mod.rs"]
+mod support;
 
 use bevy::{asset::RecursiveDependencyLoadState, light::NotShadowCaster, prelude::*};
 use bevy_mirrorball::{
@@ -21,14 +21,12 @@ use bevy_mirrorball::{
     tracking::MarkerTracking,
 };
 use lexopt::prelude::*;
-use rgb_image::rgb_image;
 use std::{
     path::PathBuf,
     process::ExitCode,
     time::{Duration, Instant},
 };
-
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+use support::{Outcome, exit_code, rgb_image};
 
 const USAGE: &str = "\
 Shows the lights found on the recorded desk.
@@ -47,13 +45,7 @@ const MAX_WAIT: Duration = Duration::from_secs(120);
 const TARGET: Vec3 = Vec3::new(-0.02, 0.02, -0.01);
 
 fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("real_lights: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code("real_lights", run())
 }
 
 fn run() -> Outcome<()> {

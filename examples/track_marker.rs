@@ -4,8 +4,8 @@
 //! cargo run --example track_marker -- --image desk.jpg --intrinsics 602,602,320,240 --json
 //! ```
 
-#[path = "support/parse_intrinsics.rs"]
-mod parse_intrinsics;
+#[path = "support/mod.rs"]
+mod support;
 
 use bevy::math::Affine3A;
 use bevy_mirrorball::{
@@ -14,9 +14,9 @@ use bevy_mirrorball::{
     tracking::{AprilTagDetector, DetectedMarker, MarkerFamily, MarkerId, PoseCandidates, detect_markers},
 };
 use lexopt::prelude::*;
-use parse_intrinsics::parse_intrinsics;
 use serde_json::json;
 use std::{path::PathBuf, process::ExitCode};
+use support::{Outcome, parse_intrinsics, run_with_options};
 
 const USAGE: &str = "track_marker --image FILE --intrinsics FX,FY,CX,CY
 
@@ -27,8 +27,6 @@ const USAGE: &str = "track_marker --image FILE --intrinsics FX,FY,CX,CY
   --json                    print {\"markers\": [{\"id\", \"corners\", \"camera_from_marker\"}]} instead of text:
                             corners in pixels, from the bottom left of the print counterclockwise; the pose as the
                             columns of a 4 × 4 matrix in meters, camera x right, y up, looking along −z";
-
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 struct Options {
     image: PathBuf,
@@ -95,19 +93,5 @@ fn track(options: &Options) -> Outcome<()> {
 }
 
 fn main() -> ExitCode {
-    let result = match options() {
-        Ok(Some(options)) => track(&options),
-        Ok(None) => {
-            println!("{USAGE}");
-            Ok(())
-        }
-        Err(error) => Err(error),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("track_marker: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    run_with_options("track_marker", USAGE, options(), track)
 }

@@ -5,6 +5,9 @@
 //!     --photo ball.jpg --center 1031,1037 --diameter 1988 --fov 280 --out surroundings.hdr
 //! ```
 
+#[path = "support/mod.rs"]
+mod support;
+
 use bevy::{
     color::{ColorToComponents, ColorToPacked, LinearRgba, Srgba},
     math::{Quat, Vec2, Vec3},
@@ -12,6 +15,7 @@ use bevy::{
 use bevy_mirrorball::probe::{BallPhoto, open_photo};
 use lexopt::prelude::*;
 use std::{path::PathBuf, process::ExitCode};
+use support::{Outcome, run_with_options};
 
 const USAGE: &str = "unwrap_ball --photo FILE --center X,Y --diameter D --fov DEGREES --out FILE
 
@@ -24,8 +28,6 @@ const USAGE: &str = "unwrap_ball --photo FILE --center X,Y --diameter D --fov DE
   --out FILE         .hdr (Radiance) or .exr (OpenEXR); .png for looking at it
   --reflectance R    share of light that the ball mirrors, above 0 to 1 [1]
   --width W          width of the map in pixels [1024]";
-
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 struct Options {
     photo: PathBuf,
@@ -95,19 +97,5 @@ fn unwrap_ball(options: &Options) -> Outcome<()> {
 }
 
 fn main() -> ExitCode {
-    let result = match options() {
-        Ok(Some(options)) => unwrap_ball(&options),
-        Ok(None) => {
-            println!("{USAGE}");
-            Ok(())
-        }
-        Err(error) => Err(error),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("unwrap_ball: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    run_with_options("unwrap_ball", USAGE, options(), unwrap_ball)
 }

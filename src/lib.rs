@@ -48,6 +48,19 @@
 //! [`headless`].
 //! [`mod@debug`] reads the results of all stages and shows how well the measurement works.
 //!
+//! # Passes
+//! What used to be nodes of a render graph are systems in Bevy 0.19, and the passes of this crate are such systems:
+//!
+//! | schedule of the render world | set or place | passes |
+//! |---|---|---|
+//! | `RenderGraph`, once a frame | [`MirrorballPasses::WriteCubes`] | balls and probe cameras → environment cubes ([`unwrap`]) |
+//! | | [`MirrorballPasses::ReadCubes`] | filtered maps ([`prefilter`]), weights of the dome ([`shadows`]) |
+//! | | before all cameras | shadow maps of the dome ([`shadows`]) |
+//! | | after all cameras | faces of scene probes ([`prefilter`]), images of maps ([`mod@debug`]) |
+//! | `Core3d`, per camera | after the prepass | motion of the background ([`camera`]), dome visibility ([`shadows`]) |
+//! | | in the main pass | the frame as background ([`camera`]); phantoms and styles draw with Bevy's meshes |
+//! | | early post-processing | soft edges of phantoms ([`materials`]) |
+//!
 //! # Events and conditions
 //!
 //! Each state has a component to read and, where games react to its changes, an event for

@@ -12,6 +12,8 @@
 mod device;
 mod images;
 mod options;
+#[path = "../support/mod.rs"]
+mod support;
 
 use bevy_mirrorball::{
     camera::{FramePixels, calibration::Calibration},
@@ -19,26 +21,13 @@ use bevy_mirrorball::{
 };
 use options::{Options, Source, USAGE};
 use std::process::ExitCode;
+use support::{Outcome, run_with_options};
 
 fn main() -> ExitCode {
-    let result = match Options::from_command_line() {
-        Ok(Some(options)) => run(&options),
-        Ok(None) => {
-            println!("{USAGE}");
-            Ok(())
-        }
-        Err(error) => Err(error.into()),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("calibrate: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    run_with_options("calibrate", USAGE, Options::from_command_line(), run)
 }
 
-fn run(options: &Options) -> Result<(), Box<dyn std::error::Error>> {
+fn run(options: &Options) -> Outcome<()> {
     if let Some(path) = &options.sheet {
         let sheet = options.board.svg()?;
         std::fs::write(path, sheet).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
@@ -54,7 +43,7 @@ fn run(options: &Options) -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Frames to calibrate with, and a name of each.
-fn views(source: &Source, options: &Options) -> Result<(Vec<String>, Vec<FramePixels>), Box<dyn std::error::Error>> {
+fn views(source: &Source, options: &Options) -> Outcome<(Vec<String>, Vec<FramePixels>)> {
     match source {
         Source::Images(patterns) => {
             let files = images::read(patterns)?;

@@ -6,18 +6,10 @@
 //! ```
 //! Run with `--help` for all options. Needs no window; renders on software Vulkan too.
 
-#[path = "../support/headless_log.rs"]
-mod headless_log;
-#[path = "../support/loading_error.rs"]
-mod loading_error;
 mod options;
-#[path = "../support/parse_intrinsics.rs"]
-mod parse_intrinsics;
 mod report;
-#[path = "../support/rgb_image.rs"]
-mod rgb_image;
-#[path = "../support/scene_path.rs"]
-mod scene_path;
+#[path = "../support/mod.rs"]
+mod support;
 
 use bevy::{
     asset::{AssetPlugin, UnapprovedPathMode},
@@ -33,37 +25,18 @@ use bevy_mirrorball::{
     probe::{ClipRecovery, ProbeMeasurement, UniformSky},
     tracking::{DetectedMarkers, MarkerState, MarkerTracking},
 };
-use headless_log::headless_log;
-use loading_error::loading_error;
 use options::{Options, USAGE};
 use report::Stopwatch;
-use rgb_image::rgb_image;
-use scene_path::scene_path;
 use std::{
     path::Path,
     process::ExitCode,
     time::{Duration, Instant},
 };
+use support::{Outcome, headless_log, loading_error, rgb_image, run_with_options, scene_path};
 
 fn main() -> ExitCode {
-    let result = match Options::from_command_line() {
-        Ok(Some(options)) => composite(&options),
-        Ok(None) => {
-            println!("{USAGE}");
-            Ok(())
-        }
-        Err(error) => Err(error.into()),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("composite: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    run_with_options("composite", USAGE, Options::from_command_line(), composite)
 }
-
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 /// Longest wait for the scene's assets.
 const MAX_WAIT: Duration = Duration::from_secs(60);

@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::parse_intrinsics::parse_intrinsics;
+use crate::support::parse_intrinsics;
 use bevy::prelude::*;
 use bevy_mirrorball::{prelude::Intrinsics, probe::ClipEvidence};
 use lexopt::prelude::*;

@@ -1,8 +1,10 @@
 //! The stage rendered to files, one image per frame of the feed.
 
 use crate::{
-    Outcome, Show, asset_plugin, dancer::Dance, headless_log::headless_log, loading_error::loading_error,
-    options::Options, rgb_image::rgb_image,
+    Outcome, Show, asset_plugin,
+    dancer::Dance,
+    options::Options,
+    support::{fits_device, headless_log, loading_error, rgb_image},
 };
 use bevy::{
     diagnostic::DiagnosticsStore, prelude::*, render::diagnostic::RenderDiagnosticsPlugin, time::TimeUpdateStrategy,
@@ -45,7 +47,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     })?;
     let intrinsics = options.intrinsics(size);
     let size = options.size.unwrap_or(size);
-    crate::fits_device::fits_device(&app, size)?;
+    fits_device(&app, size)?;
     let (picture, target) = headless::add_target(&mut app, size);
     let show = Show::add(&mut app, options)?;
     wait_for_scene(&mut app, &show, options)?;

@@ -7,50 +7,22 @@
 //! Run with `--help` for all options.
 
 mod dancer;
-#[path = "../support/fits_device.rs"]
-mod fits_device;
 mod headless;
-#[path = "../support/headless_log.rs"]
-mod headless_log;
-#[path = "../support/loading_error.rs"]
-mod loading_error;
 mod options;
-#[path = "../support/parse_intrinsics.rs"]
-mod parse_intrinsics;
-#[path = "../support/parse_size.rs"]
-mod parse_size;
-#[path = "../support/rgb_image.rs"]
-mod rgb_image;
-#[path = "../support/scene_path.rs"]
-mod scene_path;
 mod stage;
+#[path = "../support/mod.rs"]
+mod support;
 mod window;
-#[path = "../support/window_log.rs"]
-mod window_log;
 
 use bevy::prelude::*;
 use bevy_mirrorball::prelude::*;
 use options::{Options, USAGE};
-use scene_path::scene_path;
 use stage::StartAsToon;
-use std::{io::Write, path::Path, process::ExitCode};
-
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+use std::{path::Path, process::ExitCode};
+use support::{Outcome, has_display, run_with_options, scene_path};
 
 fn main() -> ExitCode {
-    let result = match Options::from_command_line() {
-        Ok(Some(options)) => run(&options),
-        // The reader of the help may close the pipe early, as `head` does.
-        Ok(None) => writeln!(std::io::stdout(), "{USAGE}").or(Ok(())),
-        Err(error) => Err(error.into()),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("dance_stage: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    run_with_options("dance_stage", USAGE, Options::from_command_line(), run)
 }
 
 fn run(options: &Options) -> Outcome<()> {
@@ -63,11 +35,6 @@ fn run(options: &Options) -> Outcome<()> {
         return headless::run(options);
     }
     window::run(options)
-}
-
-/// Returns whether a window can be opened. Only on Linux a desktop can be missing.
-fn has_display() -> bool {
-    !cfg!(target_os = "linux") || std::env::var_os("DISPLAY").is_some_and(|display| !display.is_empty())
 }
 
 /// The scene that is shown, in a window or headless.

@@ -1,6 +1,9 @@
 //! The command line.
 
-use crate::{parse_intrinsics::parse_intrinsics, parse_size::parse_size, stage::THINGS};
+use crate::{
+    stage::THINGS,
+    support::{parse_intrinsics, parse_size},
+};
 use bevy::math::{UVec2, Vec2};
 use bevy_mirrorball::{
     camera::{Clip, IntrinsicsProblem},

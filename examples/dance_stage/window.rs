@@ -1,6 +1,6 @@
 //! The stage in a window, with the measuring panel beside the camera image.
 
-use crate::{Outcome, Show, asset_plugin, options::Options, stage, window_log::window_log};
+use crate::{Outcome, Show, asset_plugin, options::Options, stage, support::window_log};
 use bevy::{
     camera::{CameraOutputMode, Viewport, visibility::RenderLayers},
     diagnostic::FrameTimeDiagnosticsPlugin,

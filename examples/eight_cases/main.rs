@@ -8,23 +8,20 @@
 //! `--shrink 4` draws a quarter of the size, without captions, for a quick look.
 
 mod captions;
-#[path = "../support/headless_log.rs"]
-mod headless_log;
-#[path = "../support/rgb_image.rs"]
-mod rgb_image;
+#[path = "../support/mod.rs"]
+mod support;
 
 use bevy::{asset::RecursiveDependencyLoadState, camera::ShadowLodOrigin, prelude::*};
 use bevy_mirrorball::{
     camera::FramePixels, environment_map::EnvironmentCube, headless, prelude::*, shadows::DomeState,
 };
-use headless_log::headless_log;
 use image::{Rgb, RgbImage, imageops};
-use rgb_image::rgb_image;
 use std::{
     path::PathBuf,
     process::ExitCode,
     time::{Duration, Instant},
 };
+use support::{Outcome, exit_code, headless_log, rgb_image};
 
 const PHOTO: &str = "assets/desk/photo.jpg";
 const SCENE: &str = "desk/set.glb";
@@ -53,8 +50,6 @@ const VIRTUAL_CAN: Vec3 = Vec3::new(-0.13, 0.045, -0.08);
 const TO_PLATE: Vec3 = Vec3::new(0.115, -0.04, -0.02);
 const TO_LAMP: Vec3 = Vec3::new(-0.36, 0.4, 0.12);
 
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
-
 /// A combination: which of the three are virtual.
 #[derive(Clone, Copy)]
 struct Case {
@@ -64,13 +59,7 @@ struct Case {
 }
 
 fn main() -> ExitCode {
-    match draw() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("eight_cases: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code("eight_cases", draw())
 }
 
 fn draw() -> Outcome<()> {

@@ -8,14 +8,10 @@
 //!
 //! Everything is virtual: there is no marker, no ball and no camera. In such a scene Freiling (2006) compared shadows.
 
-#[path = "../support/fits_device.rs"]
-mod fits_device;
 mod options;
 mod panel;
-#[path = "../support/parse_size.rs"]
-mod parse_size;
-#[path = "../support/window_log.rs"]
-mod window_log;
+#[path = "../support/mod.rs"]
+mod support;
 
 use bevy::{
     app::AppExit, core_pipeline::tonemapping::Tonemapping, diagnostic::FrameTimeDiagnosticsPlugin,
@@ -31,10 +27,9 @@ use bevy_mirrorball::{
     prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
     shadows::{ShadowDomeLight, ShadowsPlugin},
 };
-use fits_device::fits_device;
 use options::Options;
 use std::f32::consts::TAU;
-use window_log::window_log;
+use support::{Outcome, fits_device, window_log};
 
 /// Width of the sky's equirectangular image in pixels.
 const SKY_WIDTH: u32 = 256;
@@ -43,7 +38,6 @@ const HEADLESS_STEP: f32 = 1.0 / 30.0;
 const FRAMES_A_PICTURE: u32 = 6;
 /// Number of frames after which roles, materials, light and the first shadow maps exist.
 const WARM_UP_FRAMES: u32 = 6;
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 /// State of the lamp in the sky and of the cars.
 #[derive(Resource, Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::{Outcome, parse_size::parse_size};
+use crate::support::{Outcome, parse_size};
 use bevy::math::UVec2;
 use bevy_mirrorball::shadows::{DomeCoverage, ShadowDomeLight, ShadowFilter, VisibilitySamples};
 use std::path::PathBuf;

@@ -15,5 +15,7 @@ mod room_walls;
 #[path = "../support/shared_data.rs"]
 mod shared_data;
 #[cfg(feature = "apriltag")]
+mod small_programs;
+#[cfg(feature = "apriltag")]
 mod track_marker;
 mod unwrap_ball;

@@ -9,7 +9,7 @@ use std::path::Path;
 const TROUBLE: [&str; 3] = ["WARN", "panicked", "alidation"];
 
 /// Runs an example, and returns what it printed, or `None` where it cannot run.
-fn run(name: &str, arguments: &[&str]) -> Option<String> {
+pub(crate) fn run(name: &str, arguments: &[&str]) -> Option<String> {
     let output = built_example::run(name, arguments)?;
     let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{name}: {said}");
@@ -17,16 +17,16 @@ fn run(name: &str, arguments: &[&str]) -> Option<String> {
     Some(said)
 }
 
-fn text(path: &Path) -> &str {
+pub(crate) fn text(path: &Path) -> &str {
     path.to_str().expect("the target folder has a printable name")
 }
 
-fn open(path: &Path) -> FramePixels {
+pub(crate) fn open(path: &Path) -> FramePixels {
     FramePixels::open(path).expect("written")
 }
 
 /// Positions in a rectangle.
-fn places(size: UVec2) -> impl Iterator<Item = (i32, i32)> + Clone {
+pub(crate) fn places(size: UVec2) -> impl Iterator<Item = (i32, i32)> + Clone {
     (0..size.y as i32).flat_map(move |y| (0..size.x as i32).map(move |x| (x, y)))
 }
 

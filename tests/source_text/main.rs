@@ -4,6 +4,7 @@
 mod mirrors;
 mod prelude;
 mod portable;
+mod readme;
 mod scripts;
 mod size;
 

@@ -31,7 +31,9 @@ fn a_private_runtime_folder_is_made_where_there_is_none() {
 
 #[test]
 fn every_script_that_draws_has_a_runtime_folder() {
-    for script in ["scripts/run.sh", "scripts/test.sh", "scripts/measure.sh", ".ci/run"] {
+    for script in
+        ["scripts/run.sh", "scripts/test.sh", "scripts/measure.sh", "scripts/make_readme_pictures.sh", ".ci/run"]
+    {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(script);
         let text = std::fs::read_to_string(path).expect("a script of the repository");
         assert!(text.contains("source scripts/runtime_folder.sh"), "{script}");
