@@ -14,7 +14,7 @@ readonly target=wasm32-unknown-unknown
 readonly cache=${XDG_CACHE_HOME:-$HOME/.cache}
 # Debian's compiler for the web has no rustup and conflicts with its packages. Unpacked, it shadows nothing.
 readonly unpacked=$cache/mirrorball-web-toolchain
-readonly packages=(rustc-web libstd-rust-web-dev rust-web-src cargo-web libllvm19 lld-19 libgit2-1.5)
+readonly packages=(rustc-web cargo-web rust-web-src)
 # Other flags and another compiler than usual: a folder of its own keeps the usual build as it is.
 export CARGO_TARGET_DIR=${MIRRORBALL_WEB_TARGET_DIR:-$cache/mirrorball-web-target}
 export CARGO_INCREMENTAL=0
@@ -46,10 +46,10 @@ unpack_toolchain() {
         echo "web: there is neither rustup nor Debian's apt-get to install a compiler with" >&2
         return 1
     fi
-    # its version is in the name
-    local library
-    library=$(apt-cache search --names-only '^libstd-rust-web-[0-9.]+$' | cut -d' ' -f1 | sort -V | tail -n 1)
-    if [ -z "$library" ]; then
+    # with the libraries that are missing here
+    local needed
+    mapfile -t needed < <(apt-get install --simulate --no-install-recommends "${packages[@]}" | sed -n 's/^Inst \([^ ]*\) .*/\1/p')
+    if [ "${#needed[@]}" -eq 0 ]; then
         echo "web: apt-get knows no rustc-web; run apt-get update as root, or install Rust from https://rustup.rs" >&2
         return 1
     fi
@@ -57,7 +57,7 @@ unpack_toolchain() {
     mkdir -p "$unpacked"
     (
         cd "$unpacked"
-        apt-get download -qq "$library" "${packages[@]}" >&2
+        apt-get download -qq "${needed[@]}" >&2
         for package in ./*.deb; do dpkg-deb -x "$package" .; done
         rm ./*.deb
     )

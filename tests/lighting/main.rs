@@ -3,6 +3,7 @@
 #[path = "../support/cubes.rs"]
 mod cubes;
 mod darker_views;
+mod gizmos;
 #[path = "../support/gpu.rs"]
 mod gpu;
 mod lights;
