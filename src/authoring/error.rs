@@ -83,6 +83,7 @@ pub struct ExtrasError {
 
 /// Kind of mistake in the extras of a node.
 #[derive(Reflect, Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[reflect(opaque)] // a problem in a list holds another problem
 #[reflect(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum ExtrasProblem {
