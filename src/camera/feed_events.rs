@@ -11,7 +11,6 @@ use bevy::prelude::*;
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_mirrorball::{camera::{FeedLost, FeedRecovered}, prelude::*};
-/// # #[derive(Component)] struct Notice;
 /// # fn setup(mut commands: Commands) {
 /// commands
 ///     .spawn((ArCamera::default(), CameraFeed::clip("assets/desk_clip")))

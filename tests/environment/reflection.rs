@@ -25,8 +25,9 @@ const KINDS: [(&str, fn(&TypeRegistration) -> bool); 4] = [
 /// Types of a source that are public and derive one of the [`KINDS`].
 fn public_types(text: &str) -> Vec<PublicType> {
     let mut types = Vec::new();
-    for (at, _) in text.match_indices("#[derive(") {
-        let Some((derives, rest)) = text[at + "#[derive(".len()..].split_once(")]") else { continue };
+    // At the start of a line: not those of examples in comments.
+    for code in text.split("\n#[derive(").skip(1) {
+        let Some((derives, rest)) = code.split_once(")]") else { continue };
         let derives: Vec<String> = derives.split(',').map(|derive| derive.trim().to_owned()).collect();
         // Between the derive and the type there are only attributes, which may take several lines.
         let item = rest.lines().find(|line| line.starts_with(char::is_alphabetic));

@@ -20,8 +20,9 @@ fn components_of_readme(readme: &str) -> Vec<&str> {
 /// after a state.
 fn states_and_events(text: &str) -> Vec<&str> {
     let mut names = Vec::new();
-    for (at, _) in text.match_indices("#[derive(") {
-        let (derives, rest) = text[at..].split_once(")]").expect("a derive ends");
+    // At the start of a line: not those of examples in comments.
+    for code in text.split("\n#[derive(").skip(1) {
+        let (derives, rest) = code.split_once(")]").expect("a derive ends");
         let item = rest.lines().find(|line| line.starts_with(char::is_alphabetic)).unwrap_or_default();
         let Some(name) = item.split_whitespace().nth(2).map(|name| name.trim_end_matches([';', '{', '('])) else {
             continue;
@@ -50,7 +51,7 @@ fn the_prelude_has_the_components_of_the_readme_and_what_one_reads_back() {
 
 #[test]
 fn states_and_events_are_found_in_sources() {
-    let text = "#[derive(Component, Clone)]\n#[x]\npub enum AState {\n}\n\n#[derive(EntityEvent)]\npub struct B {\n}\n\n\
+    let text = "/// A.\n#[derive(Component, Clone)]\n#[x]\npub enum AState {\n}\n\n#[derive(EntityEvent)]\npub struct B {\n}\n\n\
                 #[derive(Clone)]\npub enum CState {\n}\n\n#[derive(Component)]\npub struct D;\n";
     assert_eq!(states_and_events(text), ["AState", "B"]);
 }
