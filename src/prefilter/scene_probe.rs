@@ -68,6 +68,16 @@ impl SceneProbe {
 }
 
 /// Cube that a [`SceneProbe`] renders, on the same entity.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::{prelude::LiveEnvironment, prefilter::SceneCube};
+/// fn light_by_scene(mut commands: Commands, cubes: Query<&SceneCube>, camera: Single<Entity, With<Camera3d>>) {
+///     if let Some(scene) = cubes.iter().next() {
+///         commands.entity(*camera).insert(LiveEnvironment::new(scene.cube.clone()));
+///     }
+/// }
+/// ```
 #[derive(Component, Clone, Debug)]
 pub struct SceneCube {
     /// Cube map of 16-bit floats in frame buffer units, world axes. The GPU writes it, so do not change its [`Image`]
