@@ -52,6 +52,14 @@ impl Default for PhantomObject {
 }
 
 /// Role of a mesh, real or virtual. Kept up to date on every mesh entity.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::phantom::StageRole;
+/// fn count_virtual(roles: Query<&StageRole>) {
+///     info!("{} virtual meshes", roles.iter().filter(|role| **role == StageRole::Virtual).count());
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
 pub enum StageRole {

@@ -4,6 +4,18 @@ use bevy::prelude::*;
 use std::time::Duration;
 
 /// State of a camera feed.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::camera::FeedState;
+/// fn report(states: Query<&FeedState, Changed<FeedState>>) {
+///     for state in &states {
+///         if let FeedState::Lost(reason) | FeedState::Failed(reason) = state {
+///             warn!("{reason}");
+///         }
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -21,6 +33,16 @@ pub enum FeedState {
 }
 
 /// Statistics of a feed since its [`CameraFeed`](super::CameraFeed) was added to the entity.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::camera::FeedStatistics;
+/// fn report(feeds: Query<&FeedStatistics>) {
+///     for feed in &feeds {
+///         info!("{:.1} frames per second, {} dropped", feed.capture_rate, feed.dropped);
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct FeedStatistics {

@@ -56,6 +56,16 @@ impl FramePixels {
 ///
 /// Frames of feeds are undistorted when they get here, see [`camera`](super#distortion); those that a game inserts
 /// itself count as undistorted.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::camera::CameraFrame;
+/// fn look(frames: Query<&CameraFrame, Changed<CameraFrame>>) {
+///     for frame in &frames {
+///         info!("frame {}: {} pixels, first {:?}", frame.sequence, frame.pixels.size, frame.pixels.rgb8(0, 0));
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]
 pub struct CameraFrame {

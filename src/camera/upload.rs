@@ -24,6 +24,16 @@ use std::sync::Arc;
 /// The newest frame of a camera as a texture: 8-bit sRGB, the size of the frame, linear filtering.
 ///
 /// The GPU queue writes it: do not change the [`Image`] asset behind it.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::camera::FrameTexture;
+/// fn show(mut screens: ResMut<Assets<StandardMaterial>>, frames: Query<&FrameTexture, Added<FrameTexture>>) {
+///     for frame in &frames {
+///         screens.add(StandardMaterial { base_color_texture: Some(frame.image.clone()), unlit: true, ..default() });
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]
 pub struct FrameTexture {

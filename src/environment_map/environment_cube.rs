@@ -12,6 +12,17 @@ use bevy::prelude::*;
 /// [`SIZE`](Self::SIZE). Alpha is the confidence, 0…1: pixels of the frame per texel along an edge, at most 1, where
 /// a direction is visible; less with age where it was visible earlier; 0.001 where it is a guess. The GPU writes the
 /// cube, so do not change its [`Image`] asset.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::{environment_map::EnvironmentCube, prelude::*};
+/// type Other = (With<Camera3d>, Without<ArCamera>);
+/// fn light_another(mut commands: Commands, cubes: Query<&EnvironmentCube>, camera: Single<Entity, Other>) {
+///     if let Some(cube) = cubes.iter().next() {
+///         commands.entity(*camera).insert(LiveEnvironment::new(cube.0.clone()));
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]
 pub struct EnvironmentCube(pub Handle<Image>);

@@ -23,6 +23,16 @@ use std::{sync::Arc, time::Duration};
 /// Light of the newest frame that has been solved, on the entity of its [`LightProbeSphere`].
 ///
 /// The component is absent until a frame has shown the ball.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::lighting::RecoveredLight;
+/// fn watch(recovered: Query<&RecoveredLight, Changed<RecoveredLight>>) {
+///     for light in &recovered {
+///         info!("frame {}: {} lights, solved {}", light.sequence, light.lights.len(), light.is_solved);
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]
 pub struct RecoveredLight {

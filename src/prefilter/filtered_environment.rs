@@ -20,6 +20,14 @@ pub(super) const ROUGHEST_EDGE: u32 = 4;
 ///
 /// The GPU writes the maps, so do not change their [`Image`] assets. Environments with the same source and the same
 /// [`Refresh`] share their maps.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::prefilter::FilteredEnvironment;
+/// fn share(environments: Query<&FilteredEnvironment>) -> Option<Handle<Image>> {
+///     environments.iter().next().map(|maps| maps.specular.clone())
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(from_reflect = false, Component, Debug, Clone)]
 pub struct FilteredEnvironment {

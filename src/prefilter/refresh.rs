@@ -34,6 +34,18 @@ pub enum Refresh {
 
 /// State of the lighting by a [`LiveEnvironment`](super::LiveEnvironment), on the same entity. Read-only: it is
 /// written each frame.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::prefilter::EnvironmentState;
+/// fn report(states: Query<&EnvironmentState, Changed<EnvironmentState>>) {
+///     for state in &states {
+///         if let EnvironmentState::Refused(reason) = state {
+///             warn!("{reason}");
+///         }
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]

@@ -72,6 +72,16 @@ impl SceneProbe {
 }
 
 /// Cube that a [`SceneProbe`] renders, on the same entity.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::{prelude::LiveEnvironment, prefilter::SceneCube};
+/// fn light_by_scene(mut commands: Commands, cubes: Query<&SceneCube>, camera: Single<Entity, With<Camera3d>>) {
+///     if let Some(scene) = cubes.iter().next() {
+///         commands.entity(*camera).insert(LiveEnvironment::new(scene.cube.clone()));
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]
 pub struct SceneCube {

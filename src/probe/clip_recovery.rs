@@ -10,6 +10,16 @@ use bevy::prelude::*;
 use std::f32::consts::PI;
 
 /// Recovery of light that the camera clipped, on the entity of a [`LightProbeSphere`](super::LightProbeSphere).
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::{prelude::*, probe::{ClipEvidence, ClipRecovery}};
+/// fn setup(mut commands: Commands) {
+///     // nothing but the marker's paper tells how bright lamps are
+///     let recovery = ClipRecovery { evidence: ClipEvidence::Paper, ..default() };
+///     commands.spawn((LightProbeSphere::default(), recovery, Transform::from_xyz(0.17, 0.05, 0.01)));
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct ClipRecovery {

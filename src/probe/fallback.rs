@@ -46,6 +46,14 @@ impl Default for EnvironmentFallback {
 }
 
 /// Origin of the light in the scene of an [`ArCamera`](crate::camera::ArCamera).
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::{prelude::*, probe::EnvironmentOrigin};
+/// fn is_measured(origins: Query<&EnvironmentOrigin, With<ArCamera>>) -> bool {
+///     origins.iter().all(|origin| *origin == EnvironmentOrigin::Measured)
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Component, Default, Debug, Clone, PartialEq, Hash)]
 #[non_exhaustive]

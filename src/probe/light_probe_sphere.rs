@@ -82,6 +82,14 @@ impl Default for LightProbeSphere {
 
 /// Uniform sky that lights the scene instead of what the ball shows, for comparison. It belongs on the entity of a
 /// [`LightProbeSphere`].
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::{prelude::*, probe::UniformSky};
+/// fn compare(mut commands: Commands, ball: Single<Entity, With<LightProbeSphere>>) {
+///     commands.entity(*ball).insert(UniformSky { radiance: Some(Vec3::splat(0.5)) });
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct UniformSky {

@@ -46,6 +46,18 @@ impl Default for LightProbeCamera {
 }
 
 /// State of a [`LightProbeCamera`].
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::probe::ProbeCameraState;
+/// fn report(states: Query<&ProbeCameraState, Changed<ProbeCameraState>>) {
+///     for state in &states {
+///         if let ProbeCameraState::Refused(reason) = state {
+///             warn!("{reason}");
+///         }
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[non_exhaustive]

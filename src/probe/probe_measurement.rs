@@ -6,6 +6,14 @@ use std::time::Duration;
 
 /// Measurement of a mirrored ball in the newest frame, on the entity of its
 /// [`LightProbeSphere`](super::LightProbeSphere).
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::probe::ProbeMeasurement;
+/// fn is_exposure_good(balls: Query<&ProbeMeasurement>) -> bool {
+///     balls.iter().any(|ball| ball.is_in_view && ball.clipped_fraction < 0.2)
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct ProbeMeasurement {

@@ -137,6 +137,14 @@ impl VisibilitySamples {
 }
 
 /// State of a [`ShadowDomeLight`] in the last frame. Required by it; written by the crate.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::shadows::DomeState;
+/// fn is_up_to_date(domes: Query<&DomeState>) -> bool {
+///     domes.iter().all(|dome| dome.outdated == 0)
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct DomeState {

@@ -77,6 +77,16 @@ impl MarkerAnchor {
 /// Marks the [`MarkerAnchor`] that stays in place while the camera moves around it.
 ///
 /// If several anchors have it, the first by entity is the origin.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::prelude::*;
+/// fn setup(mut commands: Commands) {
+///     commands.spawn((MarkerAnchor::new(0, 0.10), WorldOrigin));
+///     // moves in the world of the first one
+///     commands.spawn(MarkerAnchor::new(1, 0.10));
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct WorldOrigin;

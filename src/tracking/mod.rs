@@ -165,6 +165,14 @@ pub enum MarkerState {
 
 /// State and pose of a marker; on the entity of its [`MarkerAnchor`]. With several cameras, those of the first one that
 /// tracks the marker; [`MarkerViews`] has the others.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::tracking::{MarkerState, MarkerTracking};
+/// fn is_playable(markers: Query<&MarkerTracking>) -> bool {
+///     markers.iter().any(|marker| marker.state == MarkerState::Tracked && marker.is_steady())
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct MarkerTracking {
@@ -202,6 +210,16 @@ impl MarkerTracking {
 }
 
 /// All markers in the newest frame of a camera; on the entity of the camera.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::tracking::DetectedMarkers;
+/// fn list(detected: Query<&DetectedMarkers, Changed<DetectedMarkers>>) {
+///     for marker in detected.iter().flat_map(|detected| &detected.markers) {
+///         info!("{} at {}", marker.id, marker.corners[0]);
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct DetectedMarkers {

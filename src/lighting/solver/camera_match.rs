@@ -11,6 +11,16 @@ use bevy::prelude::*;
 ///
 /// Measured by [`match_cameras`]; nothing applies it automatically. A second camera that shows light takes it as
 /// [`LightProbeCamera::gain`](crate::probe::LightProbeCamera::gain).
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::{lighting::CameraMatch, probe::LightProbeCamera};
+/// fn apply(mut cameras: Query<(&CameraMatch, &mut LightProbeCamera), Changed<CameraMatch>>) {
+///     for (found, mut probe) in &mut cameras {
+///         probe.gain = found.gain;
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
 pub struct CameraMatch {

@@ -16,6 +16,16 @@ use bevy::prelude::*;
 ///
 /// The virtual ball mirrors the light that was displayed when the frame arrived, which is that of the previous frame.
 /// Lights that have moved or flickered and badly placed balls show up here.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::lighting::SelfCheck;
+/// fn warn_if_off(checks: Query<&SelfCheck, Changed<SelfCheck>>) {
+///     for check in checks.iter().filter(|check| check.rmse > 0.1) {
+///         warn!("the ball does not show the light on display: {}", check.rmse);
+///     }
+/// }
+/// ```
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct SelfCheck {
