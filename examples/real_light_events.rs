@@ -17,7 +17,9 @@ fn main() -> AppExit {
     App::new()
         .add_plugins((DefaultPlugins, MirrorballPlugins))
         .add_systems(Startup, setup)
-        .add_systems(Update, (greet, take_leave, point_at_lamps).chain())
+        .add_observer(greet)
+        .add_observer(take_leave)
+        .add_systems(Update, point_at_lamps)
         .run()
 }
 
@@ -29,26 +31,22 @@ fn setup(mut commands: Commands, assets: Res<AssetServer>) {
 }
 
 fn greet(
-    mut appeared: MessageReader<RealLightAppeared>,
+    appeared: On<RealLightAppeared>,
     lights: Query<&RealLight>,
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    for message in appeared.read() {
-        let Ok(light) = lights.get(message.entity) else { continue };
-        println!("light {} appeared: {:.0} % of all light", light.id, 100.0 * light.fraction);
-        let arrow = meshes.add(Cone::new(0.008, 0.05));
-        let paint = materials.add(StandardMaterial { base_color: light.color.into(), unlit: true, ..default() });
-        // Whatever is inserted here, or added as a child, goes when the light goes.
-        commands.entity(message.entity).insert((Mesh3d(arrow), MeshMaterial3d(paint), NotShadowCaster));
-    }
+    let Ok(light) = lights.get(appeared.entity) else { return };
+    println!("light {} appeared: {:.0} % of all light", light.id, 100.0 * light.fraction);
+    let arrow = meshes.add(Cone::new(0.008, 0.05));
+    let paint = materials.add(StandardMaterial { base_color: light.color.into(), unlit: true, ..default() });
+    // Whatever is inserted here, or added as a child, goes when the light goes.
+    commands.entity(appeared.entity).insert((Mesh3d(arrow), MeshMaterial3d(paint), NotShadowCaster));
 }
 
-fn take_leave(mut vanished: MessageReader<RealLightVanished>) {
-    for message in vanished.read() {
-        println!("light {} vanished", message.id);
-    }
+fn take_leave(vanished: On<RealLightVanished>) {
+    println!("light {} vanished", vanished.id);
 }
 
 fn point_at_lamps(mut arrows: Query<(&RealLight, &mut Transform), With<Mesh3d>>) {
