@@ -5,8 +5,9 @@
 //!
 //! The recorded desk plays live at 15 frames per second in a game of 60 updates per second without a renderer, so that
 //! no software driver takes the processor away. Systems run one after the other on the main thread, so that the time
-//! between the first and the last stage is theirs and not that of waking up other threads. The columns are `case,updates,median_ms,p90_ms`: `new frame` are
-//! updates in which a frame arrives with its markers, `between` all others.
+//! between the first and the last stage is theirs and not that of waking up other threads. The columns are
+//! `case,updates,median_ms,p90_ms`: `new frame` are updates in which a frame arrives with its markers, `between` all
+//! others.
 //!
 //! `--seconds N` measures for so long.
 

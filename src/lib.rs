@@ -227,10 +227,7 @@ mod trigonometry;
 mod unpad_rows;
 
 /// Old name of [`prefilter`] and [`environment_map`].
-#[deprecated(
-    since = "0.1.0",
-    note = "use `prefilter` for what filters and lights, `environment_map` for the maps themselves"
-)]
+#[deprecated(since = "0.1.0", note = "use `prefilter` for what lights, `environment_map` for maps themselves")]
 #[doc(hidden)]
 pub mod environment {
     pub use crate::prefilter::PrefilterPlugin as EnvironmentPlugin;

@@ -67,11 +67,21 @@ fn frames_are_undistorted_once_live_or_not_with_tracking_or_without() {
 
 #[test]
 fn bracketed_frames_are_undistorted_too() {
-    let mut app = app();
-    app.world_mut().spawn((ArCamera::new(lens(-0.25)), CameraFeed::pixels(frame()).with_exposure(0.25)));
-    app.update();
-    let frames = app.world_mut().query::<&BracketedFrames>().iter(app.world()).next().expect("one arrived");
-    assert!(frames.iter().all(|frame| frame.pixels.rgba == undistorted(-0.25)) && frames.iter().count() == 1);
+    for pace in [FeedPace::Live, FeedPace::Lockstep] {
+        let mut app = app();
+        let feed = CameraFeed::pixels(frame()).with_exposure(0.25).with_pace(pace);
+        let camera = app.world_mut().spawn((ArCamera::new(lens(-0.25)), feed)).id();
+        let started = Instant::now();
+        app.update();
+        // those of live feeds in the background
+        while app.world().get::<BracketedFrames>(camera).is_none() {
+            assert!(pace == FeedPace::Live && started.elapsed() < Duration::from_secs(20), "{pace:?}: none arrived");
+            std::thread::sleep(Duration::from_millis(1));
+            app.update();
+        }
+        let frames = app.world().get::<BracketedFrames>(camera).expect("there now");
+        assert!(frames.iter().all(|frame| frame.pixels.rgba == undistorted(-0.25)) && frames.iter().count() == 1);
+    }
 }
 
 #[test]
