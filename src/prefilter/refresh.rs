@@ -40,7 +40,7 @@ pub enum Refresh {
 /// # use bevy_mirrorball::prefilter::EnvironmentState;
 /// fn report(states: Query<&EnvironmentState, Changed<EnvironmentState>>) {
 ///     for state in &states {
-///         if let EnvironmentState::Refused(reason) = state {
+///         if let EnvironmentState::Failed(reason) = state {
 ///             warn!("{reason}");
 ///         }
 ///     }

@@ -52,7 +52,7 @@ impl Default for LightProbeCamera {
 /// # use bevy_mirrorball::probe::ProbeCameraState;
 /// fn report(states: Query<&ProbeCameraState, Changed<ProbeCameraState>>) {
 ///     for state in &states {
-///         if let ProbeCameraState::Refused(reason) = state {
+///         if let ProbeCameraState::Failed(reason) = state {
 ///             warn!("{reason}");
 ///         }
 ///     }
