@@ -26,7 +26,7 @@ fn main() -> AppExit {
 fn setup(mut commands: Commands, assets: Res<AssetServer>) {
     // A recording of a desk; it knows the lens of its camera.
     commands.spawn((ArCamera::default(), CameraFeed::clip("assets/desk_clip")));
-    // Marker, ball and the real things on the desk: what they throw shadows on tells how bright the lamps are.
+    // Marker, ball and the real things on the desk: their shadows say how bright the lamps are.
     commands.spawn(WorldAssetRoot(assets.load(GltfAssetLabel::Scene(0).from_asset("desk/set.glb"))));
 }
 

@@ -28,7 +28,7 @@ pub(super) struct ClippedBall {
     pub(super) ball: BallView,
     pub(super) outline: Ellipse,
     pub(super) reflectance: f32,
-    /// Paper that tells the gain; without it only clipped pixels are counted.
+    /// Paper from which the gain follows; without it only clipped pixels are counted.
     pub(super) paper: Option<SeenPaper>,
 }
 

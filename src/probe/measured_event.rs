@@ -12,7 +12,8 @@ use bevy::prelude::*;
 /// camera had failed in between. Further frames trigger nothing, nor do dark balls, which give no light of their own.
 ///
 /// The environment is drawn in the same update, and the [`EnvironmentOrigin`] of each camera is already
-/// [`Measured`](EnvironmentOrigin::Measured). It stays so when the ball is out of view; [`ProbeMeasurement`] tells.
+/// [`Measured`](EnvironmentOrigin::Measured). It stays so when the ball is out of view, unlike
+/// [`ProbeMeasurement::is_in_view`].
 ///
 /// ```
 /// # use bevy::prelude::*;

@@ -38,12 +38,13 @@ fn a_relative_path_is_found_in_the_asset_root() {
         return;
     }
     write_clip("paths/here/both", SIDECAR, &[("a.png", 20)]);
-    write_clip("paths/root/both", SIDECAR, &[("a.png", 70)]);
-    write_clip("paths/root/assets/shipped", SIDECAR, &[("a.png", 70)]);
+    write_clip("paths/asset_root/both", SIDECAR, &[("a.png", 70)]);
+    write_clip("paths/asset_root/assets/shipped", SIDECAR, &[("a.png", 70)]);
     let paths = Path::new(env!("CARGO_TARGET_TMPDIR")).join("paths");
     let mut child = Command::new(std::env::current_exe().expect("this test"));
     child.args([CHILD, "--exact", "--nocapture"]).current_dir(paths.join("here"));
-    let output = child.env(IS_CHILD, "1").env("BEVY_ASSET_ROOT", paths.join("root")).output().expect("it can be run");
+    let output =
+        child.env(IS_CHILD, "1").env("BEVY_ASSET_ROOT", paths.join("asset_root")).output().expect("it can be run");
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(
         output.status.success() && said.contains("1 passed"),
