@@ -118,6 +118,8 @@ pub(crate) struct Options {
     /// Slots for key lights in the dome, and the number of real lights that take them.
     pub(crate) key_lights: u32,
     pub(crate) real_lights: u32,
+    /// Maximum number of surfels of the dome.
+    pub(crate) surfels: u32,
     pub(crate) peers: Vec<Method>,
     pub(crate) size: UVec2,
     pub(crate) blocks: usize,
@@ -136,6 +138,7 @@ impl Options {
             samples: vec![Samples::Interleaved, Samples::Half],
             key_lights: 2,
             real_lights: 0,
+            surfels: 512,
             peers: Method::PEERS.to_vec(),
             size: UVec2::new(640, 360),
             blocks: 1,
@@ -151,6 +154,7 @@ impl Options {
                 Long("samples") => options.samples = list(&parser.value()?.string()?)?,
                 Long("key-lights") => options.key_lights = parser.value()?.parse()?,
                 Long("real-lights") => options.real_lights = parser.value()?.parse()?,
+                Long("surfels") => options.surfels = parser.value()?.parse()?,
                 Long("passes") => options.passes = true,
                 Long("peers") => {
                     let names = parser.value()?.string()?;

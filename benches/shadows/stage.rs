@@ -168,6 +168,7 @@ fn spawn_method(world: &mut World, camera: Entity, method: Method, options: &Opt
                 samples: samples.of_dome(),
                 key_lights: options.key_lights,
                 refreshed_per_frame: REFRESHED,
+                surfels: options.surfels,
                 ..default()
             });
             for id in 0..options.real_lights {

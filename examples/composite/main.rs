@@ -163,6 +163,9 @@ fn complete_scene(app: &mut App, options: &Options) {
     } else if domes.is_empty() {
         world.spawn(ShadowDomeLight::default());
     }
+    if !options.has_bounces {
+        world.query::<&mut ShadowDomeLight>().iter_mut(world).for_each(|mut dome| dome.surfels = 0);
+    }
     let probes: Vec<Entity> = world.query_filtered::<Entity, With<LightProbeSphere>>().iter(world).collect();
     for probe in probes {
         let mut probe = world.entity_mut(probe);

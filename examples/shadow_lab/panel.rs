@@ -61,6 +61,7 @@ fn draw_dome(ui: &mut egui::Ui, dome: &mut ShadowDomeLight) {
     choose(ui, "samples", &SAMPLES, &mut dome.samples);
     ui.add(egui::Slider::new(&mut dome.refreshed_per_frame, 1..=most).logarithmic(true).text("refreshed per frame"));
     ui.add(egui::Slider::new(&mut dome.dim_share, 0.0..=0.2).text("share of dim directions"));
+    ui.add(egui::Slider::new(&mut dome.surfels, 0..=ShadowDomeLight::MAX_SURFELS).text("surfels for bounced light"));
 }
 
 /// Draws a combo box of named values.

@@ -264,7 +264,7 @@ mod tests {
     fn domes_are_read_with_all_their_fields() {
         let json = r#"{"ShadowDomeLight": {"directions": 128, "coverage": "Sphere", "key_lights": 3, "resolution": 64,
             "filter": "Pcss", "angular_radius": 0.2, "samples": "Full", "refreshed_per_frame": 32, "dim_share": 0.01,
-            "occludes_reflections": true}}"#;
+            "surfels": 256, "occludes_reflections": true}}"#;
         let expected = ShadowDomeLight {
             directions: 128,
             coverage: DomeCoverage::Sphere,
@@ -274,6 +274,7 @@ mod tests {
             samples: VisibilitySamples::Full,
             refreshed_per_frame: 32,
             dim_share: 0.01,
+            surfels: 256,
             occludes_reflections: true,
         };
         let found = parse(json).into_result().expect("no mistake");

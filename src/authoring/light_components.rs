@@ -77,6 +77,7 @@ impl FromExtras for ShadowDomeLight {
             refreshed_per_frame: fields
                 .optional("refreshed_per_frame", Whole { min: 1, max: Self::MAX_DIRECTIONS })
                 .unwrap_or(default.refreshed_per_frame),
+            surfels: fields.optional("surfels", Whole { min: 0, max: Self::MAX_SURFELS }).unwrap_or(default.surfels),
             dim_share: fields.optional("dim_share", Positive::FRACTION).unwrap_or(default.dim_share),
             occludes_reflections: fields.optional("occludes_reflections", Flag).unwrap_or(default.occludes_reflections),
         })

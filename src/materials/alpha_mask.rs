@@ -1,35 +1,21 @@
 //! Alpha masks of meshes for the shadow maps, taken from their original materials.
 
-use super::{image_based::DomeShadowed, style::Styled, toon::ToonShaded};
+use super::original_material::{NewMaterial, OriginalMaterial};
 use crate::{phantom::StageRole, shadows::AlphaMask};
 use bevy::{mesh::UvChannel, prelude::*};
-
-type MaskedMesh = (
-    Entity,
-    Option<&'static MeshMaterial3d<StandardMaterial>>,
-    Option<&'static Styled<DomeShadowed>>,
-    Option<&'static Styled<ToonShaded>>,
-    Option<&'static AlphaMask>,
-);
-type NewMaterial =
-    Or<(Changed<MeshMaterial3d<StandardMaterial>>, Added<Styled<DomeShadowed>>, Added<Styled<ToonShaded>>)>;
 
 pub(super) fn mark_alpha_masks(
     mut commands: Commands,
     mut changes: MessageReader<AssetEvent<StandardMaterial>>,
     materials: Res<Assets<StandardMaterial>>,
-    meshes: Query<MaskedMesh, With<StageRole>>,
+    meshes: Query<(Entity, OriginalMaterial, Option<&AlphaMask>), With<StageRole>>,
     fresh: Query<(), NewMaterial>,
 ) {
     if changes.read().count() == 0 && fresh.is_empty() {
         return;
     }
-    for (mesh, plain, image_based, toon, marked) in &meshes {
-        let original = plain
-            .map(|material| &material.0)
-            .or(image_based.map(|styled| &styled.original))
-            .or(toon.map(|styled| &styled.original));
-        let wanted = original.and_then(|original| alpha_mask(materials.get(original)?));
+    for (mesh, original, marked) in &meshes {
+        let wanted = original.handle().and_then(|original| alpha_mask(materials.get(original)?));
         if marked == wanted.as_ref() {
             continue;
         }

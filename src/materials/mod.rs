@@ -99,6 +99,7 @@
 mod alpha_mask;
 mod dome_bindings;
 mod image_based;
+mod original_material;
 mod outline;
 mod phantom;
 mod phantom_draw;
@@ -106,6 +107,7 @@ mod phantom_views;
 mod show_phantoms;
 mod soft_edges;
 mod style;
+mod surface_albedo;
 mod toon;
 
 pub use image_based::{DomeShadowed, ImageBasedMaterial};
@@ -158,7 +160,7 @@ impl Plugin for MaterialsPlugin {
                 (style::restore_originals::<DomeShadowed>, style::restore_originals::<ToonShaded>),
                 (style::apply_styles::<DomeShadowed>, style::apply_styles::<ToonShaded>),
                 (outline::erase_outlines, outline::forget_changed_hulls),
-                (outline::draw_outlines, alpha_mask::mark_alpha_masks),
+                (outline::draw_outlines, alpha_mask::mark_alpha_masks, surface_albedo::mark_albedos),
             )
                 .chain()
                 // Without a renderer there are no materials to assign.

@@ -33,8 +33,8 @@ pub struct DomeTextures {
     /// Views of all directions (`Dome` in `dome.wgsl`).
     pub views: Handle<ShaderBuffer>,
     /// What the GPU computes for each direction (`DomeResults` in `dome.wgsl`): radiance × solid angle in linear
-    /// camera units of directions with shadow maps, key lights and directions without shadow maps, then `L_p`; and the
-    /// depth pyramids of key lights.
+    /// camera units of directions with shadow maps, key lights and directions without shadow maps, then `L_p`; the
+    /// surfels with the radiance that they send; and the depth pyramids of key lights.
     pub results: Handle<ShaderBuffer>,
     /// Samples of the visibility pass, row by row (`VisibilitySample` in `samples.wgsl`): the surface of the prepass,
     /// and the fraction of light that arrives in red, green and blue, and 1. At a phantom the last one is the luminance
@@ -108,9 +108,12 @@ pub(super) const WEIGHT_BYTES: usize = 12;
 const MAX_VIEWS: usize = (2 * ShadowDomeLight::MAX_DIRECTIONS + ShadowDomeLight::MAX_KEY_LIGHTS) as usize;
 /// Number of weights in `DomeResults`. Twin of `MAX_WEIGHTS` in `dome.wgsl`.
 const MAX_WEIGHTS: usize = MAX_VIEWS + 1;
-/// Bytes of `DomeResults` in `dome.wgsl`: the weights, then two pyramids per key light.
+/// Offset in bytes of the surfels in `DomeResults`, and their bytes: a header, then 48 bytes each.
+pub(super) const LIT_OFFSET: usize = (WEIGHT_BYTES * MAX_WEIGHTS).next_multiple_of(16);
+pub(super) const LIT_BYTES: usize = 32 + 48 * ShadowDomeLight::MAX_SURFELS as usize;
+/// Bytes of `DomeResults` in `dome.wgsl`: the weights, the surfels, then two pyramids per key light.
 const RESULTS_BYTES: usize =
-    WEIGHT_BYTES * MAX_WEIGHTS + 4 * (2 * ShadowDomeLight::MAX_KEY_LIGHTS * PYRAMID_BLOCKS) as usize;
+    LIT_OFFSET + LIT_BYTES + 4 * (2 * ShadowDomeLight::MAX_KEY_LIGHTS * PYRAMID_BLOCKS) as usize;
 /// Bytes of `VisibilitySample` in `samples.wgsl`.
 const VISIBILITY_BYTES: usize = 32;
 

@@ -36,7 +36,7 @@ pub(crate) struct AlphaMask {
 /// A mesh to draw into shadow maps.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Caster {
-    entity: Entity,
+    pub(super) entity: Entity,
     pub(super) mesh: AssetId<Mesh>,
     pub(super) world_from_local: Mat4,
     pub(super) is_phantom: bool,

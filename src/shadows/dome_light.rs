@@ -55,6 +55,11 @@ pub struct ShadowDomeLight {
     /// this fraction in total, skip their shadow-map lookup. Defaults to 0.005. Under a uniform sky it saves nothing,
     /// in a room with bright lamps many lookups.
     pub dim_share: f32,
+    /// Maximum number of surfels, small discs on virtual and real surfaces that send bounced light to each other,
+    /// 0…1024 (clamped). Defaults to 512. 0 leaves bounced light out: what hides the sky is then black if it is
+    /// virtual, and as bright as the map below the horizon if it is real. The time of the visibility pass grows with
+    /// it.
+    pub surfels: u32,
     /// Whether shadows also darken reflections of the environment on virtual surfaces. The amount is estimated from the
     /// missing diffuse light. Defaults to `false`.
     pub occludes_reflections: bool,
@@ -71,6 +76,7 @@ impl Default for ShadowDomeLight {
             samples: VisibilitySamples::default(),
             refreshed_per_frame: 16,
             dim_share: 0.005,
+            surfels: 512,
             occludes_reflections: false,
         }
     }
@@ -83,9 +89,17 @@ impl ShadowDomeLight {
     /// Maximum number of key lights of a dome.
     pub const MAX_KEY_LIGHTS: u32 = 8;
 
+    /// Maximum number of surfels of a dome.
+    pub const MAX_SURFELS: u32 = 1024;
+
     /// Returns the number of directions, clamped to its range.
     pub(super) fn clamped_directions(&self) -> u32 {
         self.directions.clamp(1, Self::MAX_DIRECTIONS)
+    }
+
+    /// Returns the maximum number of surfels, clamped to its range.
+    pub(super) fn clamped_surfels(&self) -> u32 {
+        self.surfels.min(Self::MAX_SURFELS)
     }
 }
 

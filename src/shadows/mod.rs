@@ -16,11 +16,27 @@
 //! virtual casters and past phantoms:
 //! - A phantom shows `camera × Σ V_v·V_p·L·(n·d)₊ / Σ V_p·L·(n·d)₊`. Blocking a light removes only that light's
 //!   color, real shadows are not darkened twice, and the frame stays unchanged where nothing virtual is in the way.
-//! - A virtual surface keeps the fraction `Σ V_v·[V_p·L + (1−V_p)·L_p]·(n·d)₊ / Σ L·(n·d)₊` of its diffuse
-//!   image-based light. A phantom that hides a direction contributes its own light `L_p` instead, which is the mean
-//!   of the map below the horizon. Reflections are unchanged unless `occludes_reflections` is set.
+//! - A virtual surface keeps the fraction `Σ V_v·V_p·L·(n·d)₊ / Σ L·(n·d)₊` of its diffuse image-based light.
+//!   Reflections are unchanged unless `occludes_reflections` is set.
 //!
 //! Directions below the horizon take part in the sums but have no shadow maps: their light comes from the desk.
+//!
+//! # Bounced light
+//! What hides a direction sends light of its own. The surfaces of casters are divided into *surfels*, small discs of
+//! similar size; so are phantoms that do not cast, finely near virtual things and coarsely elsewhere. A surfel has the
+//! radiance `B` = albedo × E ÷ π. E is the light that arrives at it: that of the dome, then, once, that of the other
+//! surfels. Albedos are base colors (in the mean over the texture); a metal counts as matte. Of a real surface, `B` is
+//! what the frame shows × the fraction of its light that virtual things leave. Where the frame does not show it, its
+//! albedo is that of what the frame shows of the same phantom. With `F`, the projected solid angle of a disc:
+//! - The sum of a virtual surface also has `Σ (B − L_d)·F`. Below the horizon, where there are no shadow maps, a surfel
+//!   hides `L_d`, the mean of the map there. So the desk is as dark beneath a thing as its shadow, and as bright
+//!   elsewhere as the frame shows it there.
+//! - A phantom shows `camera × (Σ V_v·V_p·L·(n·d)₊ + Σ B·F) / (Σ V_p·L·(n·d)₊ + Σ B_r·F)`, where `B_r` is `B` without
+//!   virtual things (0 for virtual surfels). No albedo of the receiver is needed.
+//!
+//! Nothing between a surfel and its receiver is taken into account. With `surfels` set to 0, virtual things send no
+//! light, and a phantom that hides a direction from a virtual surface sends `L_d`; so does one that the limit leaves
+//! out.
 //!
 //! A compute pass sums at every pixel or at every second one, reads the surface from a depth and normal prepass, and
 //! materials interpolate its samples along surfaces ([`VisibilitySamples`]). By default, each of 2 × 2 samples sums
@@ -79,6 +95,10 @@
 //! On `SwiftShader`, without key lights, the main pass takes 211 without a dome and 254 with it, visibility 13, 72, 108
 //! and 146, and the prepass 6 to 9.
 //!
+//! Bounced light: a sample reads all surfels when it is summed, or a quarter of them if samples are interleaved, 48
+//! bytes each. Surfels are lit again when casters, the environment or the camera's frame change; each takes a lookup
+//! per direction and reads all others.
+//!
 //! Per pixel, the main pass reads four samples of 32 bytes; a sample sums over 32 directions of 16 bytes, half of them
 //! below the horizon, and compares nine neighbors.
 //!
@@ -89,19 +109,22 @@
 //! compares with Bevy's shadows.
 //!
 //! # Limits
-//! One dome at a time, and one camera with a visibility pass. Lines, points and meshes without triangles do not cast.
-//! The visibility pass reads the first sample of a multisampled prepass, at the position of that sample within its
-//! pixel. Together with Bevy's order-independent transparency, the buffers exceed WebGPU's default of 8 in a fragment
-//! shader.
+//! One dome at a time, and one camera with a visibility pass. Meshes whose data is not on the CPU
+//! (`RenderAssetUsages::RENDER_WORLD`) cast, but have no surfels. Lines, points and meshes without triangles do not
+//! cast. The visibility pass reads the first sample of a multisampled prepass, at the position of that sample within
+//! its pixel. Together with Bevy's order-independent transparency, the buffers exceed WebGPU's default of 8 in a
+//! fragment shader.
 //!
-//! Sources: Supan 2006, whose dome subtracts blocked light and refreshes one map per frame; Fernando 2005 for
-//! percentage-closer soft shadows (PCSS); Keller and Heidrich 2001 for interleaved sampling; Greene, Kass and Miller
-//! 1993 for pyramids of depths.
+//! Sources: Bunnell 2005 (*GPU Gems 2*, chapter 14) for light between discs, after the instant radiosity of Keller
+//! 1997 and the reflective shadow maps of Dachsbacher and Stamminger 2005; Supan 2006, whose dome subtracts blocked
+//! light and refreshes one map per frame; Fernando 2005 for percentage-closer soft shadows (PCSS); Keller and Heidrich
+//! 2001 for interleaved sampling; Greene, Kass and Miller 1993 for pyramids of depths.
 //!
 //! [`RealLight`]: crate::lighting::RealLight
 
 mod atlas;
 mod atlas_layout;
+mod bounce;
 mod bounding_sphere;
 mod casters;
 mod directions;
@@ -125,6 +148,7 @@ pub use lights_file::{DomeLights, DomeLightsTemplate, FileLight, FileLightKind, 
 pub use pass_times::DomeTimes;
 
 pub(crate) use atlas::DomeIdentity;
+pub(crate) use bounce::SurfaceAlbedo;
 pub(crate) use casters::AlphaMask;
 pub(crate) use dome_rays::{DomeRay, DomeRays};
 pub(crate) use filter::DomeShader;
@@ -155,10 +179,11 @@ impl Plugin for ShadowsPlugin {
             .init_asset_loader::<LightsFileLoader>()
             .init_resource::<FittedDome>()
             .init_resource::<Refreshing>()
+            .init_resource::<bounce::Surfels>()
             .add_systems(
                 PostUpdate,
                 (
-                    (fit::fit_dome, pass_times::report_pass_times).chain(),
+                    (fit::fit_dome, bounce::collect_surfels, pass_times::report_pass_times).chain(),
                     (atlas::fit_atlas, visibility_camera::choose_visibility_camera, fit::read_energies)
                         .chain()
                         .run_if(resource_exists::<DomeTextures>),

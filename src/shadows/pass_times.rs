@@ -18,6 +18,8 @@ pub struct DomeTimes {
     pub shadow_maps: f32,
     /// Summing the environment's light over the cells of directions.
     pub weights: f32,
+    /// Lighting the surfels that send bounced light.
+    pub surfels: f32,
     /// Looking up shadow maps and summing the light that arrives, for the camera with a visibility pass. What materials
     /// add to the main pass is not part of this.
     pub visibility: f32,
@@ -26,6 +28,7 @@ pub struct DomeTimes {
 const DEPTH: DiagnosticPath = DiagnosticPath::const_new("render/mirrorball_shadows_depth/elapsed_gpu");
 const PYRAMIDS: DiagnosticPath = DiagnosticPath::const_new("render/mirrorball_shadows_depth_pyramid/elapsed_gpu");
 const WEIGHTS: DiagnosticPath = DiagnosticPath::const_new("render/mirrorball_shadows_weights/elapsed_gpu");
+const SURFELS: DiagnosticPath = DiagnosticPath::const_new("render/mirrorball_shadows_surfels/elapsed_gpu");
 const VISIBILITY: DiagnosticPath = DiagnosticPath::const_new("render/mirrorball_shadows_visibility/elapsed_gpu");
 /// Time after which a measurement is of a pass that no longer runs.
 const MAX_AGE: Duration = Duration::from_secs(1);
@@ -43,6 +46,7 @@ pub(super) fn report_pass_times(diagnostics: Option<Res<DiagnosticsStore>>, mut 
     let times = DomeTimes {
         shadow_maps: sum(&[&DEPTH, &PYRAMIDS]),
         weights: sum(&[&WEIGHTS]),
+        surfels: sum(&[&SURFELS]),
         visibility: sum(&[&VISIBILITY]),
     };
     if state.milliseconds != times {

@@ -27,7 +27,7 @@ pub(crate) struct Desk {
 }
 
 impl Desk {
-    /// The desk in a measured room of one radiance, under a dome.
+    /// The desk in a measured room of one radiance, under a dome without bounced light: shadows are those of the sky.
     pub(crate) fn new() -> Option<Self> {
         Self::in_measured_room(desk_picture())
     }
@@ -43,7 +43,7 @@ impl Desk {
         let sky = UniformSky { radiance: Some(Vec3::splat(SKY)) };
         let ball = (LightProbeSphere::default(), sky, Transform::from_xyz(0.2, 0.05, 0.1));
         desk.app.world_mut().entity_mut(desk.probe).insert(ball);
-        desk.app.world_mut().entity_mut(desk.dome).insert(ShadowDomeLight::default());
+        desk.app.world_mut().entity_mut(desk.dome).insert(ShadowDomeLight { surfels: 0, ..default() });
         Some(desk)
     }
 

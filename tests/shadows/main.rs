@@ -1,6 +1,7 @@
 //! What virtual objects do to the picture of a real desk: dome shadows, lamps, materials and the edges between real and
 //! virtual.
 
+mod bounce;
 mod casters;
 mod come_and_go;
 mod composition;

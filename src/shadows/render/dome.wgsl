@@ -80,9 +80,62 @@ struct DomeWeight {
 /// of `MAX_WEIGHTS` in `atlas.rs`.
 const MAX_WEIGHTS: u32 = 2057u;
 
+/// Maximum number of surfels. Twin of `MAX_SURFELS` in `dome_light.rs`.
+const MAX_SURFELS: u32 = 1024u;
+
+/// Disc that sends light to surfaces around it. `surfel_pass.wgsl` writes it.
+struct LitSurfel {
+    pos_world: vec3f,
+    area: f32,
+    normal: vec3f,
+    /// Packed radiance; see `unpack_radiance`.
+    last: u32,
+    radiance: vec4u,
+}
+
+/// Radiance of a surfel.
+struct SurfelRadiance {
+    /// What virtual surfaces receive.
+    to_virtual: vec3f,
+    /// What real surfaces receive besides what they did without virtual things.
+    to_real: vec3f,
+    /// What real surfaces receive without virtual things, if they do not receive it from the environment.
+    real: vec3f,
+}
+
+fn pack_radiance(radiance: SurfelRadiance) -> array<u32, 5> {
+    let a = radiance.to_virtual;
+    let b = radiance.to_real;
+    let c = radiance.real;
+    return array<u32, 5>(
+        pack2x16float(a.rg), pack2x16float(vec2f(a.b, b.r)), pack2x16float(b.gb), pack2x16float(c.rg),
+        pack2x16float(vec2f(c.b, 0.0)),
+    );
+}
+
+fn unpack_radiance(packed: vec4u, last: u32) -> SurfelRadiance {
+    let middle = unpack2x16float(packed.y);
+    return SurfelRadiance(
+        vec3f(unpack2x16float(packed.x), middle.x), vec3f(middle.y, unpack2x16float(packed.z)),
+        vec3f(unpack2x16float(packed.w), unpack2x16float(last).x),
+    );
+}
+
+struct LitSurfels {
+    /// The dome's up vector.
+    up: vec3f,
+    count: u32,
+    /// Radiance from below the horizon, which surfels hide. 0 if the dome has shadow maps there.
+    hidden: vec3f,
+    /// 1 if all phantoms that cast are among the surfels.
+    covers_phantoms: u32,
+    surfels: array<LitSurfel, MAX_SURFELS>,
+}
+
 /// What the passes before all cameras compute.
 struct DomeResults {
     weights: array<DomeWeight, MAX_WEIGHTS>,
+    lit: LitSurfels,
     /// Depth pyramids of key lights; see `depth_pyramid.wgsl`.
     pyramids: array<f32>,
 }

@@ -3,6 +3,7 @@
 use crate::{
     environment_map::EnvironmentCube,
     shadows::{
+        bounce::Surfels,
         fitted_dome::{FittedDome, Refreshing},
         visibility_camera::VisibilityCamera,
     },
@@ -15,6 +16,7 @@ use std::collections::BTreeSet;
 pub(super) struct ExtractedDome {
     pub(super) fitted: FittedDome,
     pub(super) source: Option<DomeSource>,
+    pub(super) surfels: Surfels,
     /// Directions whose shadow maps are still to be drawn, in ascending order.
     pub(super) pending: BTreeSet<u32>,
 }
@@ -34,12 +36,16 @@ type ViewEnvironment = (&'static EnvironmentMapLight, Has<VisibilityCamera>);
 pub(super) fn extract_dome(
     mut extracted: ResMut<ExtractedDome>,
     fitted: Extract<Res<FittedDome>>,
+    surfels: Extract<Res<Surfels>>,
     refreshing: Extract<Res<Refreshing>>,
     cubes: Extract<Query<&EnvironmentCube>>,
     maps: Extract<Query<ViewEnvironment, With<Camera3d>>>,
 ) {
     if fitted.is_changed() {
         extracted.fitted.clone_from(&fitted);
+    }
+    if surfels.is_changed() {
+        extracted.surfels.clone_from(&surfels);
     }
     extracted.pending.extend(&refreshing.chosen);
     let measured = cubes.iter().next().map(|cube| DomeSource {

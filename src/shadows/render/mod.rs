@@ -8,7 +8,8 @@
 //! 2. Before all cameras, in any order: [`weights_pass`] sums the environment cube over the cell of each direction if
 //!    the cube has changed, and [`depth_pass`] draws the casters into the refreshed tiles of the atlas, of which
 //!    [`depth_pyramid_pass`] reduces those of key lights.
-//! 3. [`visibility_pass`] sums visibility × light per sample, between a camera's prepass and its main pass. What it has
+//! 3. [`surfel_pass`] lights the surfels, unless nothing has changed.
+//! 4. [`visibility_pass`] sums visibility × light per sample, between a camera's prepass and its main pass. What it has
 //!    looked up before, it reads from the [`visibility_cache`].
 //!
 //! The other shaders are libraries: `dome.wgsl` and `depth_pyramid.wgsl` are the layout of the buffers and
@@ -26,9 +27,12 @@ mod extract;
 mod gpu;
 mod prepare_depth;
 mod prepare_depth_pyramids;
+mod prepare_surfels;
 mod prepare_views;
 mod prepare_visibility;
 mod prepare_weights;
+mod surfel_pass;
+mod surfel_pipeline;
 mod visibility_cache;
 mod visibility_pass;
 mod visibility_pipeline;
@@ -58,6 +62,7 @@ pub(super) fn load_shaders(app: &mut App) {
     load_shader_library!(app, "bindings.wgsl");
     load_shader_library!(app, "soft_shadow.wgsl");
     load_shader_library!(app, "maps.wgsl");
+    load_shader_library!(app, "surfels.wgsl");
     load_shader_library!(app, "visibility.wgsl");
     load_shader_library!(app, "receive.wgsl");
     load_shader_library!(app, "visibility_surfaces.wgsl");
@@ -80,6 +85,7 @@ pub(super) fn build(app: &mut App) {
     embedded_asset!(app, "depth_pass.wgsl");
     embedded_asset!(app, "depth_pyramid_pass.wgsl");
     embedded_asset!(app, "weights_pass.wgsl");
+    embedded_asset!(app, "surfel_pass.wgsl");
     embedded_asset!(app, "visibility_plan_pass.wgsl");
     embedded_asset!(app, "visibility_pass.wgsl");
     app.sub_app_mut(RenderApp)
@@ -91,12 +97,14 @@ pub(super) fn build(app: &mut App) {
         .init_resource::<prepare_depth_pyramids::PreparedDepthPyramids>()
         .init_resource::<prepare_weights::PreparedWeights>()
         .init_resource::<prepare_visibility::PreparedVisibility>()
+        .init_resource::<prepare_surfels::PreparedSurfels>()
         .add_systems(
             RenderStartup,
             (
                 depth_pipeline::init_depth_pipeline,
                 depth_pyramid_pipeline::init_depth_pyramid_pipeline,
                 weights_pipeline::init_weights_pipelines,
+                surfel_pipeline::init_surfel_pipelines,
                 visibility_pipeline::init_visibility_pipelines,
             ),
         )
@@ -112,7 +120,7 @@ pub(super) fn build(app: &mut App) {
                     )
                         .chain(),
                     prepare_weights::prepare_weights,
-                    prepare_visibility::prepare_visibility,
+                    (prepare_visibility::prepare_visibility, prepare_surfels::prepare_surfels).chain(),
                 )
                     .in_set(RenderSystems::PrepareBindGroups),
             ),
@@ -120,8 +128,9 @@ pub(super) fn build(app: &mut App) {
         .add_systems(
             RenderGraph,
             (
-                (depth_pass::depth_pass, depth_pyramid_pass::depth_pyramid_pass)
+                (depth_pass::depth_pass, depth_pyramid_pass::depth_pyramid_pass, surfel_pass::surfel_pass)
                     .chain()
+                    .after(MirrorballPasses::ReadCubes)
                     .in_set(RenderGraphSystems::Render)
                     .before(camera_driver),
                 weights_pass::weights_pass.in_set(MirrorballPasses::ReadCubes),

@@ -48,8 +48,7 @@ pub(super) fn prepare_visibility(
     gpu: Gpu,
 ) {
     prepared.steps.clear();
-    let (Some(textures), Some(msaa)) = (textures, cameras.iter().next()) else {
-        prepared.cache = None;
+    let Some(textures) = textures else {
         return;
     };
     let (Some(atlas), Some(views), Some(results)) = (
@@ -59,38 +58,37 @@ pub(super) fn prepare_visibility(
     ) else {
         return;
     };
-    if dome.fitted.direction_count() > 0 {
-        prepared.cache = VisibilityCache::fit(prepared.cache.take(), &dome.fitted, &textures, &gpu.device);
-        let shader = VisibilityShader {
-            dome: textures.shader,
-            is_multisampled: msaa.samples() > 1,
-            is_interleaved: dome.fitted.samples == VisibilitySamples::Interleaved,
-            is_cached: prepared.cache.is_some(),
-        };
-        prepared.shader = Some(shader);
-        prepared.steps.extend_from_slice(pipelines.steps(shader, &gpu.pipeline_cache));
-        let samples = if shader.is_interleaved { textures.visibility_size.as_u64vec2().element_product() } else { 1 };
-        let bytes = samples * PARTIAL_SUMS_BYTES;
-        if prepared.partial_sums.as_ref().is_none_or(|buffer| buffer.size() != bytes) {
-            prepared.partial_sums = Some(partial_sums_buffer(bytes, &gpu.device));
-        }
-    } else {
-        prepared.cache = None;
-    }
     let made_from = Some((atlas.texture_view.id(), textures.atlas.id()));
-    if prepared.dome_bind_group.is_some() && prepared.made_from == made_from {
-        return;
+    if prepared.dome_bind_group.is_none() || prepared.made_from != made_from {
+        let [atlas_at, sampler_at, views_at, results_at] = SHADOW_BINDINGS;
+        let entries = BindGroupEntries::with_indices((
+            (atlas_at, &atlas.texture_view),
+            (sampler_at, &atlas.sampler),
+            (views_at, views.buffer.as_entire_binding()),
+            (results_at, results.buffer.as_entire_binding()),
+        ));
+        let label = "mirrorball_shadows_visibility_dome_bind_group";
+        prepared.dome_bind_group = Some(gpu.bind_group(label, &pipelines.dome_layout, &entries));
+        prepared.made_from = made_from;
     }
-    let [atlas_at, sampler_at, views_at, results_at] = SHADOW_BINDINGS;
-    let entries = BindGroupEntries::with_indices((
-        (atlas_at, &atlas.texture_view),
-        (sampler_at, &atlas.sampler),
-        (views_at, views.buffer.as_entire_binding()),
-        (results_at, results.buffer.as_entire_binding()),
-    ));
-    let label = "mirrorball_shadows_visibility_dome_bind_group";
-    prepared.dome_bind_group = Some(gpu.bind_group(label, &pipelines.dome_layout, &entries));
-    prepared.made_from = made_from;
+    let Some(msaa) = cameras.iter().next().filter(|_| dome.fitted.direction_count() > 0) else {
+        prepared.cache = None;
+        return;
+    };
+    prepared.cache = VisibilityCache::fit(prepared.cache.take(), &dome.fitted, &textures, &gpu.device);
+    let shader = VisibilityShader {
+        dome: textures.shader,
+        is_multisampled: msaa.samples() > 1,
+        is_interleaved: dome.fitted.samples == VisibilitySamples::Interleaved,
+        is_cached: prepared.cache.is_some(),
+    };
+    prepared.shader = Some(shader);
+    prepared.steps.extend_from_slice(pipelines.steps(shader, &gpu.pipeline_cache));
+    let samples = if shader.is_interleaved { textures.visibility_size.as_u64vec2().element_product() } else { 1 };
+    let bytes = samples * PARTIAL_SUMS_BYTES;
+    if prepared.partial_sums.as_ref().is_none_or(|buffer| buffer.size() != bytes) {
+        prepared.partial_sums = Some(partial_sums_buffer(bytes, &gpu.device));
+    }
 }
 
 fn partial_sums_buffer(size: u64, device: &RenderDevice) -> Buffer {

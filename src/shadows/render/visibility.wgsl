@@ -7,6 +7,7 @@
 #import bevy_mirrorball::luminance::luminance
 #import bevy_mirrorball::shadows::render::bindings::{dome, results}
 #import bevy_mirrorball::shadows::render::dome::{unpack_light, unpack_solid_angle}
+#import bevy_mirrorball::shadows::render::surfels::bounced_light
 #import bevy_mirrorball::shadows::render::maps::{
     DIRECTIONS_MAY_BE_NEAR, LitPoint, PHANTOM_CASTERS, VIRTUAL_CASTERS, above_surface, end_of_kinds, first_kind,
     has_casters, key_is_blocked, key_visibility, light_at, lit_point, visibility,
@@ -132,6 +133,19 @@ fn hidden_radiance() -> vec3f {
     return unpack_light(results.weights[dome.direction_count]);
 }
 
+/// The same as far as surfels do not contribute it, as those of phantoms do at virtual surfaces.
+fn hidden_radiance_at(is_real: bool) -> vec3f {
+    return select(vec3f(0.0), hidden_radiance(), is_real || results.lit.covers_phantoms == 0u);
+}
+
+/// Sums with bounced light from every `step`th surfel, starting from `first`.
+fn with_bounced_light(
+    sums: LightSums, pos_world: vec3f, normal: vec3f, is_real: bool, surfels: RankSubset,
+) -> LightSums {
+    let bounced = bounced_light(pos_world, normal, is_real, surfels.first, surfels.step);
+    return LightSums(sums.unshadowed + bounced.real, sums.shadowed + bounced.now, sums.open_sky);
+}
+
 /// Contribution of one light to the sums at a phantom. `past`: its visibility past phantoms and past virtual casters.
 fn phantom_term(light: Light, past: vec2f) -> LightSums {
     let irradiance = light.irradiance * light.cos_angle;
@@ -209,21 +223,22 @@ fn accumulate_phantom_keys(pos_world: vec3f, normal: vec3f) -> LightSums {
 /// Factor on the camera's frame at a phantom.
 fn phantom_factor(total: LightSums) -> vec3f {
     let is_lit = luminance(total.unshadowed) > MIN_LIGHT_FRACTION * total.open_sky;
-    let factor = total.shadowed / max(total.unshadowed, vec3f(1e-20));
+    let factor = max(total.shadowed, vec3f(0.0)) / max(total.unshadowed, vec3f(1e-20));
     return select(vec3f(1.0), factor, vec3<bool>(is_lit) & (total.unshadowed > vec3f(0.0)));
 }
 
 fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
-    if !is_in_virtual_shadow(pos_world, normal) {
+    if results.lit.count == 0u && !is_in_virtual_shadow(pos_world, normal) {
         return vec3f(1.0);
     }
     let directions = accumulate_phantom(pos_world, normal, ALL_RANKS);
-    return phantom_factor(add_sums(directions, accumulate_phantom_keys(pos_world, normal)));
+    let total = add_sums(directions, accumulate_phantom_keys(pos_world, normal));
+    return phantom_factor(with_bounced_light(total, pos_world, normal, true, ALL_RANKS));
 }
 
 /// Sums over a subset of the directions at a surface. Virtual casters do not count at a real one.
 fn accumulate_surface(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: RankSubset) -> LightSums {
-    let hidden = hidden_radiance();
+    let hidden = hidden_radiance_at(is_real);
     let bright = bright_directions();
     var total = LightSums();
     for (var rank = ranks.first; rank < dome.direction_count; rank += ranks.step) {
@@ -245,7 +260,7 @@ fn accumulate_surface(pos_world: vec3f, normal: vec3f, is_real: bool, ranks: Ran
 fn accumulate_surface_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> LightSums {
     var total = LightSums();
 #ifdef KEY_LIGHTS
-    let hidden = hidden_radiance();
+    let hidden = hidden_radiance_at(is_real);
     for (var key = dome.first_key; key < dome.shadow_map_count; key++) {
         let incoming = incoming_key_light(key, pos_world, normal);
         let past = key_light_visibility(incoming, normal, is_real);
@@ -257,18 +272,20 @@ fn accumulate_surface_keys(pos_world: vec3f, normal: vec3f, is_real: bool) -> Li
 
 /// Light that arrives ÷ light of the open sky.
 fn surface_factor(total: LightSums) -> vec3f {
-    return select(vec3f(1.0), total.shadowed / max(total.unshadowed, vec3f(1e-20)), total.unshadowed > vec3f(1e-6));
+    let factor = max(total.shadowed, vec3f(0.0)) / max(total.unshadowed, vec3f(1e-20));
+    return select(vec3f(1.0), factor, total.unshadowed > vec3f(1e-6));
 }
 
-/// Fraction of the light of the open sky that arrives at a surface.
-fn sky_visibility(pos_world: vec3f, normal: vec3f, is_real: bool) -> vec3f {
+/// Sums over all directions and key lights at a surface.
+fn sky_light(pos_world: vec3f, normal: vec3f, is_real: bool) -> LightSums {
     let directions = accumulate_surface(pos_world, normal, is_real, ALL_RANKS);
-    return surface_factor(add_sums(directions, accumulate_surface_keys(pos_world, normal, is_real)));
+    return add_sums(directions, accumulate_surface_keys(pos_world, normal, is_real));
 }
 
 /// Factor on the diffuse image-based light of a virtual surface.
 fn virtual_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
-    return sky_visibility(pos_world, normal, false);
+    let total = sky_light(pos_world, normal, false);
+    return surface_factor(with_bounced_light(total, pos_world, normal, false, ALL_RANKS));
 }
 
 fn has_lamps() -> bool {
@@ -285,5 +302,5 @@ fn real_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     if !has_casters(PHANTOM_CASTERS) {
         return vec3f(1.0);
     }
-    return sky_visibility(pos_world, normal, true);
+    return surface_factor(sky_light(pos_world, normal, true));
 }

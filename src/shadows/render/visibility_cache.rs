@@ -162,7 +162,7 @@ impl VisibilityCache {
         views: &mut DomeViews,
         queue: &RenderQueue,
     ) -> ChangesUniform {
-        let Redrawn { all, indices } = std::mem::take(&mut views.redrawn);
+        let Redrawn { all, indices, surfels } = std::mem::take(&mut views.redrawn);
         let is_new = all || self.sources.as_ref() != Some(&sources);
         let first_key = fitted.direction_count();
         let is_taken = |key: &u32| fitted.keys[*key as usize].is_some();
@@ -172,7 +172,7 @@ impl VisibilityCache {
         let mut changes = ChangesUniform {
             keys: taken,
             is_new: is_new.into(),
-            sums_all: (is_new || is_at_rest || self.at_rest == 0 || !indices.is_empty()).into(),
+            sums_all: (is_new || is_at_rest || self.at_rest == 0 || surfels || !indices.is_empty()).into(),
             is_at_rest: is_at_rest.into(),
             ..default()
         };
@@ -192,13 +192,15 @@ impl VisibilityCache {
     }
 }
 
-/// Shadow maps that were drawn since the visibility pass has last run.
+/// What was drawn or lit since the visibility pass has last run.
 #[derive(Debug, Default)]
 pub(super) struct Redrawn {
     /// Whether the dome has changed so much that no lookup holds.
     pub(super) all: bool,
     /// Directions and key lights.
     pub(super) indices: BTreeSet<u32>,
+    /// Whether surfels were lit.
+    pub(super) surfels: bool,
 }
 
 #[cfg(test)]

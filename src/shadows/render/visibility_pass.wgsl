@@ -10,8 +10,8 @@
 #import bevy_mirrorball::shadows::render::samples::{kind_of, surface_similarity, unpack_normal}
 #import bevy_mirrorball::shadows::render::visibility::{
     Light, LightSums, RankSubset, accumulate_phantom, accumulate_phantom_keys, accumulate_surface,
-    accumulate_surface_keys, add_sums, has_lamps, hidden_radiance, incoming_key_light, incoming_light, is_key,
-    luminance_fraction, phantom_factor, phantom_term, surface_factor, surface_term,
+    accumulate_surface_keys, add_sums, has_lamps, hidden_radiance_at, incoming_key_light, incoming_light,
+    is_key, luminance_fraction, phantom_factor, phantom_term, surface_factor, surface_term, with_bounced_light,
 }
 #ifdef CACHED
 #import bevy_mirrorball::shadows::render::visibility_cache::{
@@ -75,7 +75,7 @@ fn tile_to_sum(group: vec3u) -> vec2u {
 
 fn sum_directions(sample: vec2u, here: Surface) -> SampleSums {
     let count = select(0u, dome.direction_count, is_receiver(here));
-    let hidden = hidden_radiance();
+    let hidden = hidden_radiance_at(is_phantom(here));
     var sums = SampleSums();
     for (var slot = place_in_square(sample); slot < count; slot += STEP) {
         let direction = plan.directions[slot];
@@ -94,7 +94,7 @@ fn sum_directions(sample: vec2u, here: Surface) -> SampleSums {
 }
 
 fn sum_key_lights(sample: vec2u, here: Surface) -> SampleSums {
-    let hidden = hidden_radiance();
+    let hidden = hidden_radiance_at(is_phantom(here));
     var sums = SampleSums();
     var left = select(0u, changes.keys, is_receiver(here));
     while left != 0u {
@@ -171,7 +171,11 @@ fn accumulate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     samples[at].pos_world = here.pos_world;
     samples[at].facing = here.facing;
     samples[at].depth = here.depth;
-    let sums = sum_directions(sample, here);
+    var sums = sum_directions(sample, here);
+    if is_receiver(here) {
+        let surfels = RankSubset(place_in_square(sample), STEP);
+        sums.total = with_bounced_light(sums.total, here.pos_world, here.normal, is_phantom(here), surfels);
+    }
 #ifdef INTERLEAVED
     let total = sums.total;
     partial_sums[at] = vec4u(

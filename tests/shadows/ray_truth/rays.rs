@@ -138,7 +138,9 @@ pub(crate) fn furnished_desk() -> Option<Desk> {
     Some(desk)
 }
 
+/// Sets a dome without bounced light, which rays that only look for the sky do not have.
 pub(crate) fn set_dome(desk: &mut Desk, dome: ShadowDomeLight) {
+    let dome = ShadowDomeLight { surfels: 0, ..dome };
     desk.app.world_mut().entity_mut(desk.dome).insert(dome);
 }
 

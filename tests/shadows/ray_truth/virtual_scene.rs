@@ -39,7 +39,7 @@ impl VirtualScene<'_> {
         let map = app.world_mut().resource_mut::<Assets<Image>>().add(self.map);
         let (picture, target) = headless::add_target(&mut app, SIZE);
         let world = app.world_mut();
-        world.spawn(self.dome);
+        world.spawn(ShadowDomeLight { surfels: 0, ..self.dome });
         let fov = 2.0 * (0.5 * SIZE.y as f32 / INTRINSICS.focal.y).atan();
         let on_desk = Vec3::new(self.camera.x, 0.0, self.camera.z);
         world.spawn((
