@@ -20,6 +20,7 @@ usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --
   --compare FILE            say in the report how far the result is from this picture of the same size
   --dump-environment FILE   write what lights the scene as an equirectangular picture (.hdr or .exr)
   --no-shadows              no dome shadows
+  --no-neighbors            mirrors show the room only, not what is beside them
   --uniform-sky             light the scene by a uniform white sky instead of the room, for comparison
   --evidence NAME           what tells how bright clipped lights are: desk (default), paper, or none to take them
                             for white
@@ -40,6 +41,7 @@ pub(crate) struct Options {
     pub compare: Option<PathBuf>,
     pub dump_environment: Option<PathBuf>,
     pub has_shadows: bool,
+    pub has_neighbors: bool,
     pub has_uniform_sky: bool,
     pub evidence: Option<ClipEvidence>,
 }
@@ -60,6 +62,7 @@ impl Options {
     fn parse(mut parser: lexopt::Parser) -> Result<Option<Self>, lexopt::Error> {
         let (mut frame, mut lens, mut scene, mut out) = (None, None, None, None);
         let (mut report, mut compare, mut dump_environment) = (None, None, None);
+        let mut has_neighbors = true;
         let (mut has_shadows, mut has_uniform_sky, mut evidence) = (true, false, Some(ClipEvidence::Desk));
         while let Some(argument) = parser.next()? {
             match argument {
@@ -74,6 +77,7 @@ impl Options {
                 Long("compare") => compare = Some(PathBuf::from(parser.value()?)),
                 Long("dump-environment") => dump_environment = Some(PathBuf::from(parser.value()?)),
                 Long("no-shadows") => has_shadows = false,
+                Long("no-neighbors") => has_neighbors = false,
                 Long("uniform-sky") => has_uniform_sky = true,
                 Long("no-recovery") => evidence = None,
                 Long("evidence") => evidence = parser.value()?.parse_with(evidence_named)?,
@@ -92,6 +96,7 @@ impl Options {
             compare,
             dump_environment,
             has_shadows,
+            has_neighbors,
             has_uniform_sky,
             evidence,
         }))

@@ -99,6 +99,7 @@
 mod alpha_mask;
 mod dome_bindings;
 mod image_based;
+mod neighbors;
 mod outline;
 mod phantom;
 mod phantom_draw;
@@ -109,6 +110,7 @@ mod style;
 mod toon;
 
 pub use image_based::{DomeShadowed, ImageBasedMaterial};
+pub use neighbors::{NeighborReflections, NoNeighborReflections};
 pub use outline::OutlineMaterial;
 pub use phantom::PhantomMaterial;
 pub use show_phantoms::ShowPhantoms;
@@ -142,6 +144,7 @@ impl Plugin for MaterialsPlugin {
         embedded_asset!(app, "toon.wgsl");
         outline::build(app);
         soft_edges::build(app);
+        neighbors::build(app);
         app.add_plugins((
             MaterialPlugin::<PhantomMaterial>::default(),
             MaterialPlugin::<ImageBasedMaterial>::default(),
@@ -171,5 +174,6 @@ impl Plugin for MaterialsPlugin {
 
     fn finish(&self, app: &mut App) {
         phantom_draw::finish(app);
+        neighbors::finish(app);
     }
 }
