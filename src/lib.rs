@@ -161,10 +161,10 @@
 //! |---|---|---|---|
 //! | sampled textures | 16 | 16 | 1 |
 //! | samplers | 16 | 13 | 1 |
-//! | storage buffers | 8 | 7 | 3 |
+//! | storage buffers | 8 | 8 | 4 |
 //! | uniform buffers | 12 | 6 | 1 |
 //!
-//! No texture is left: the next feature has to share a binding. `tests/environment/device.rs` counts. Bevy itself
+//! Nothing of either is left: the next feature has to share a binding. `tests/environment/device.rs` counts. Bevy itself
 //! exceeds these limits on native devices (occlusion culling, its own environment filter) and omits those features
 //! where they do not fit; its ambient occlusion needs one texture more than there is. On WebGPU irradiance volumes are
 //! off, so they need none.

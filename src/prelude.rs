@@ -11,7 +11,7 @@ pub use crate::{
         any_feed_lost,
     },
     lighting::{RealLight, RealLightAppeared, RealLightVanished},
-    materials::{ShowPhantoms, SoftPhantomEdges, SurfaceStyle, ToonStyle},
+    materials::{NeighborReflections, NoNeighborReflections, ShowPhantoms, SoftPhantomEdges, SurfaceStyle, ToonStyle},
     phantom::PhantomObject,
     prefilter::{EnvironmentState, LiveEnvironment, Refresh},
     probe::{

@@ -21,6 +21,7 @@ use bevy_mirrorball::{
     camera::FramePixels,
     environment_map::{CubePixels, EnvironmentCube},
     headless::{self, HeadlessError},
+    materials::NeighborReflections,
     prelude::*,
     probe::{ClipRecovery, ProbeMeasurement, UniformSky},
     tracking::{DetectedMarkers, MarkerState, MarkerTracking},
@@ -113,6 +114,8 @@ fn build_app(options: &Options) -> Outcome<App> {
     };
     Ok(headless::build_app(headless::default_plugins().set(assets), |app| {
         app.add_plugins((headless_log(), RenderDiagnosticsPlugin, MirrorballPlugins));
+        let max_probes = if options.has_neighbors { NeighborReflections::default().max_probes } else { 0 };
+        app.insert_resource(NeighborReflections { max_probes, faces_per_frame: 6, ..default() });
     })?)
 }
 

@@ -21,6 +21,7 @@ usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --
   --dump-environment FILE   write what lights the scene as an equirectangular picture (.hdr or .exr)
   --no-shadows              no dome shadows
   --no-bounce               no light that virtual and real things send to each other
+  --no-neighbors            mirrors show the room only, not what is beside them
   --uniform-sky             light the scene by a uniform white sky instead of the room, for comparison
   --evidence NAME           what tells how bright clipped lights are: desk (default), paper, or none to take them
                             for white
@@ -42,6 +43,7 @@ pub(crate) struct Options {
     pub dump_environment: Option<PathBuf>,
     pub has_shadows: bool,
     pub has_bounces: bool,
+    pub has_neighbors: bool,
     pub has_uniform_sky: bool,
     pub evidence: Option<ClipEvidence>,
 }
@@ -62,7 +64,7 @@ impl Options {
     fn parse(mut parser: lexopt::Parser) -> Result<Option<Self>, lexopt::Error> {
         let (mut frame, mut lens, mut scene, mut out) = (None, None, None, None);
         let (mut report, mut compare, mut dump_environment) = (None, None, None);
-        let (mut has_shadows, mut has_bounces) = (true, true);
+        let (mut has_shadows, mut has_bounces, mut has_neighbors) = (true, true, true);
         let (mut has_uniform_sky, mut evidence) = (false, Some(ClipEvidence::Desk));
         while let Some(argument) = parser.next()? {
             match argument {
@@ -78,6 +80,7 @@ impl Options {
                 Long("dump-environment") => dump_environment = Some(PathBuf::from(parser.value()?)),
                 Long("no-shadows") => has_shadows = false,
                 Long("no-bounce") => has_bounces = false,
+                Long("no-neighbors") => has_neighbors = false,
                 Long("uniform-sky") => has_uniform_sky = true,
                 Long("no-recovery") => evidence = None,
                 Long("evidence") => evidence = parser.value()?.parse_with(evidence_named)?,
@@ -97,6 +100,7 @@ impl Options {
             dump_environment,
             has_shadows,
             has_bounces,
+            has_neighbors,
             has_uniform_sky,
             evidence,
         }))

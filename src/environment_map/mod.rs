@@ -21,6 +21,7 @@ mod environment_cube;
 mod equirect;
 mod files;
 mod harmonics;
+mod pending_cubes;
 
 pub use cube_pixels::CubePixels;
 pub use cube_writes::CubeWrites;
@@ -32,6 +33,7 @@ pub use harmonics::EnvironmentHarmonics;
 pub(crate) use cube_image::{cube_faces, cube_image};
 pub(crate) use cubemap::cube_directions;
 pub(crate) use environment_cube::LitByGame;
+pub(crate) use pending_cubes::PendingCubes;
 
 use cubemap::{face_direction, face_position};
 

@@ -5,6 +5,7 @@ use super::{
     device_wait::{DeviceState, MAX_BUSY_TIME, wait},
     update,
 };
+use crate::environment_map::PendingCubes;
 use bevy::{
     platform::{collections::HashSet, time::Instant},
     prelude::*,
@@ -19,6 +20,9 @@ use std::time::Duration;
 
 /// Number of successive frames without loading shaders after which all pipelines count as compiled.
 const MIN_QUIET_FRAMES: u32 = 4;
+/// Largest number of frames to wait for cubes that are still being rendered: in scenes that always change, they always
+/// are.
+const MAX_CUBE_FRAMES: u32 = 128;
 
 /// Renders frames until `done` returns true; it is called after each frame.
 ///
@@ -52,19 +56,23 @@ pub fn update_until(
     }
 }
 
-/// Renders frames until all shaders that they use are loaded and compiled.
+/// Renders frames until all shaders that they use are loaded and compiled, and until mirrors show their neighbors
+/// ([`NeighborReflections`](crate::materials::NeighborReflections)), for which it waits at most 128 frames more.
 ///
 /// # Errors
 /// [`HeadlessError::Pipeline`] if a pipeline cannot be compiled, or its shader is not there after two minutes; as
 /// [`update_until`].
 pub fn settle(app: &mut App) -> Result<(), HeadlessError> {
-    let mut quiet = 0;
+    let (mut quiet, mut cube_frames) = (0, 0);
     let settled = update_until(app, "loading all shaders", MAX_BUSY_TIME, |app| {
         let pipelines = cache(app);
         if pipelines.is_some_and(|cache| failed_pipeline(cache).is_some()) {
             return true;
         }
-        quiet = if pipelines.is_some_and(has_loading_pipelines) { 0 } else { quiet + 1 };
+        let is_loading = pipelines.is_some_and(has_loading_pipelines);
+        let is_pending = app.world().get_resource::<PendingCubes>().is_some_and(|cubes| cubes.0);
+        cube_frames += u32::from(is_pending && !is_loading);
+        quiet = if is_loading || is_pending && cube_frames <= MAX_CUBE_FRAMES { 0 } else { quiet + 1 };
         quiet >= MIN_QUIET_FRAMES
     });
     let problem = match &settled {

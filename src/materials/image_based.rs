@@ -3,6 +3,7 @@
 use super::{
     SurfaceStyle,
     dome_bindings::{DomeBindings, bind_fields, define_dome},
+    neighbors::NeighborCubes,
     style::StyleExtension,
 };
 use crate::shadows::{DomeShader, DomeTextures};
@@ -11,19 +12,28 @@ use bevy::{
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
     prelude::*,
     render::render_resource::{AsBindGroup, RenderPipelineDescriptor, SpecializedMeshPipelineError},
+    render::storage::ShaderBuffer,
     shader::ShaderRef,
 };
 
-/// `StandardMaterial` with dome shadows on its image-based light.
+/// `StandardMaterial` with dome shadows on its image-based light, which mirrors its neighbors.
 pub type ImageBasedMaterial = ExtendedMaterial<StandardMaterial, DomeShadowed>;
 
 /// Extension of `StandardMaterial` that makes an [`ImageBasedMaterial`]. Managed by the crate.
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct DomeShadowed {
     dome: DomeBindings,
+    neighbors: NeighborBindings,
 }
 
-bind_fields!(DomeShadowed, DomeShader, dome: DomeBindings);
+/// Binding of the cubes of all mirrors, as `neighbor_cubes.wgsl` declares it.
+#[derive(AsBindGroup, Clone, Debug)]
+struct NeighborBindings {
+    #[storage(105, read_only, visibility(fragment))]
+    cubes: Handle<ShaderBuffer>,
+}
+
+bind_fields!(DomeShadowed, DomeShader, dome: DomeBindings, neighbors: NeighborBindings);
 
 impl From<&DomeShadowed> for DomeShader {
     fn from(extension: &DomeShadowed) -> Self {
@@ -54,7 +64,7 @@ impl StyleExtension for DomeShadowed {
         (has_dome && *style == SurfaceStyle::ImageBased).then_some(())
     }
 
-    fn new((): (), textures: &DomeTextures) -> Self {
-        Self { dome: textures.into() }
+    fn new((): (), textures: &DomeTextures, neighbors: &NeighborCubes) -> Self {
+        Self { dome: textures.into(), neighbors: NeighborBindings { cubes: neighbors.buffer.clone() } }
     }
 }

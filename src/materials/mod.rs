@@ -99,6 +99,7 @@
 mod alpha_mask;
 mod dome_bindings;
 mod image_based;
+mod neighbors;
 mod original_material;
 mod outline;
 mod phantom;
@@ -111,6 +112,7 @@ mod surface_albedo;
 mod toon;
 
 pub use image_based::{DomeShadowed, ImageBasedMaterial};
+pub use neighbors::{NeighborReflections, NoNeighborReflections};
 pub use outline::OutlineMaterial;
 pub use phantom::PhantomMaterial;
 pub use show_phantoms::ShowPhantoms;
@@ -144,6 +146,7 @@ impl Plugin for MaterialsPlugin {
         embedded_asset!(app, "toon.wgsl");
         outline::build(app);
         soft_edges::build(app);
+        neighbors::build(app);
         app.add_plugins((
             MaterialPlugin::<PhantomMaterial>::default(),
             MaterialPlugin::<ImageBasedMaterial>::default(),
@@ -173,5 +176,6 @@ impl Plugin for MaterialsPlugin {
 
     fn finish(&self, app: &mut App) {
         phantom_draw::finish(app);
+        neighbors::finish(app);
     }
 }

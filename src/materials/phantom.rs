@@ -49,9 +49,19 @@ pub(super) struct PhantomUniform {
     pub(super) frame_uv_from_view_uv: Vec4,
     /// Frame coordinates by place in the world, homogeneous, which are added.
     pub(super) frame_uv_from_world: Mat4,
+    /// Place in the world from which the environment shows what the frame does not; w: 1, or 0 without one, where
+    /// phantoms then do not exist.
+    pub(super) captured_from: Vec4,
+    /// Place of the camera that projects its frame; w: 1 if `captured_from` shows what faces away from it, else 0.
+    pub(super) projected_from: Vec4,
+    /// Boxes −1…1 from world, of real things that hide others from that camera; zeros for none.
+    pub(super) occluders: [Mat4; MAX_OCCLUDERS],
     /// Motion vector of the frame.
     pub(super) motion: Vec2,
 }
+
+/// Maximum number of real things that hide others from the camera that projects its frame.
+pub(super) const MAX_OCCLUDERS: usize = 8;
 
 impl PhantomUniform {
     /// Mapping of the places in a view.
@@ -59,6 +69,9 @@ impl PhantomUniform {
         Self {
             frame_uv_from_view_uv,
             frame_uv_from_world: Mat4::from_cols(Vec4::ZERO, Vec4::ZERO, Vec4::ZERO, Vec4::W),
+            captured_from: Vec4::ZERO,
+            projected_from: Vec4::ZERO,
+            occluders: [Mat4::ZERO; MAX_OCCLUDERS],
             motion,
         }
     }

@@ -2,10 +2,16 @@
 // shadows and lamps.
 
 #import bevy_pbr::forward_io::{VertexOutput, FragmentOutput}
-#import bevy_mirrorball::materials::phantom_frame::{frame_uv, is_outside_frame}
+#import bevy_mirrorball::materials::phantom_frame::{frame_uv, is_unknown}
 #import bevy_mirrorball::shadows::render::receive::phantom_ratio
 #ifdef VISIBILITY_RANGE_DITHER
 #import bevy_pbr::pbr_functions::visibility_range_dither
+#endif
+#ifdef ENVIRONMENT_MAP
+#ifndef DEPTH_PREPASS
+#import bevy_mirrorball::materials::neighbors::captured::captured_radiance
+#import bevy_mirrorball::materials::phantom_frame::{is_beyond_frame, phantom}
+#endif
 #endif
 #ifdef HAS_LAMPS
 #import bevy_pbr::mesh_bindings::mesh
@@ -18,15 +24,23 @@
 @fragment
 fn fragment(in: VertexOutput) -> FragmentOutput {
     let uv_frame = frame_uv(in.position, in.world_position);
-    if is_outside_frame(uv_frame) {
+    if is_unknown(uv_frame) {
         discard;
     }
 #ifdef VISIBILITY_RANGE_DITHER
     visibility_range_dither(in.position, in.visibility_range_dither);
 #endif
-    var color = textureSampleLevel(frame, frame_sampler, uv_frame, 0.0).rgb;
-#ifdef RECEIVES_SHADOWS
     let normal = normalize(in.world_normal);
+    var color = textureSampleLevel(frame, frame_sampler, uv_frame, 0.0).rgb;
+#ifdef ENVIRONMENT_MAP
+#ifndef DEPTH_PREPASS
+    // Faces of light probes have no prepass.
+    if is_beyond_frame(uv_frame, in.world_position.xyz, normal) {
+        color = captured_radiance(in.world_position.xyz - phantom.captured_from.xyz);
+    }
+#endif
+#endif
+#ifdef RECEIVES_SHADOWS
     let ratio = phantom_ratio(in.position, in.world_position.xyz, normal);
     var light = ratio.rgb;
 #ifdef HAS_LAMPS

@@ -4,7 +4,7 @@
 #import bevy_pbr::prepass_io::VertexOutput
 #import bevy_mirrorball::shadows::render::samples::{IS_HIDING, IS_PHANTOM}
 #ifdef PREPASS_FRAGMENT
-#import bevy_mirrorball::materials::phantom_frame::{frame_uv, is_outside_frame}
+#import bevy_mirrorball::materials::phantom_frame::{frame_uv, is_unknown}
 #import bevy_pbr::prepass_io::FragmentOutput
 #endif
 #ifdef MOTION_VECTOR_PREPASS
@@ -17,7 +17,7 @@
 #ifdef PREPASS_FRAGMENT
 @fragment
 fn fragment(in: VertexOutput) -> FragmentOutput {
-    if is_outside_frame(frame_uv(in.position, in.world_position)) {
+    if is_unknown(frame_uv(in.position, in.world_position)) {
         discard;
     }
 #ifdef VISIBILITY_RANGE_DITHER

@@ -1,6 +1,9 @@
 //! The frame with which each view shows phantoms, as a bind group of the view.
 
-use super::{PhantomMaterial, ShowPhantoms, phantom::PhantomUniform};
+use super::{
+    PhantomMaterial, ShowPhantoms,
+    phantom::{MAX_OCCLUDERS, PhantomUniform},
+};
 use crate::{
     camera::{
         ArCamera, CameraFrame, FrameMapping, FrameTexture, Intrinsics, camera_rank, motion_of_frame, world_from_camera,
@@ -33,6 +36,15 @@ pub(super) fn build(app: &mut App) {
     }
 }
 
+/// Makes the environment of a camera with [`ShowPhantoms`] show phantoms where the projected frame does not.
+#[derive(Component, Clone, Copy, Debug, PartialEq)]
+pub(super) struct BeyondFrame {
+    /// Place from which the environment was captured.
+    pub(super) captured_from: Vec3,
+    /// Boxes −1…1 from world, of phantoms that may hide others from the camera of the frame; zeros for none.
+    pub(super) occluders: [Mat4; MAX_OCCLUDERS],
+}
+
 /// Frame with which a view shows phantoms.
 #[derive(Component)]
 struct PhantomFrame {
@@ -53,8 +65,13 @@ pub(super) struct PhantomBindGroup {
 type PhantomResources = ([TextureViewId; 2], [BufferId; 3]);
 
 type FrameSource = (&'static ArCamera, &'static CameraFrame, &'static FrameTexture);
-type ShowingCamera =
-    (RenderEntity, &'static Camera, Option<FrameSource>, Option<&'static ShowPhantoms>, Has<TemporalJitter>);
+type ShowingCamera = (
+    RenderEntity,
+    &'static Camera,
+    Option<FrameSource>,
+    Option<(&'static ShowPhantoms, Option<&'static BeyondFrame>)>,
+    Has<TemporalJitter>,
+);
 type Projector = (Entity, &'static Camera, FrameSource, &'static GlobalTransform);
 
 fn extract_phantom_views(
@@ -74,13 +91,13 @@ fn extract_phantom_views(
                     uniform: PhantomUniform::of_view(mapping, motion),
                 })
             }
-            (None, Some(show)) => match show.projector {
+            (None, Some((show, beyond))) => match show.projector {
                 Some(projector) => projectors.get(projector).ok(),
                 None => projectors.iter().min_by_key(|(entity, camera, ..)| camera_rank(*entity, camera)),
             }
             .map(|(_, _, (ar_camera, frame, texture), place)| PhantomFrame {
                 image: texture.image.id(),
-                uniform: projected(&ar_camera.intrinsics_for(frame), &world_from_camera(place), motion),
+                uniform: projected(&ar_camera.intrinsics_for(frame), &world_from_camera(place), beyond, motion),
             }),
             (None, None) => None,
         };
@@ -95,7 +112,12 @@ fn extract_phantom_views(
 }
 
 /// Mapping of points in the world to the places where a camera shows them in its frame.
-fn projected(intrinsics: &Intrinsics, world_from_camera: &Affine3A, motion: Vec2) -> PhantomUniform {
+fn projected(
+    intrinsics: &Intrinsics,
+    world_from_camera: &Affine3A,
+    beyond: Option<&BeyondFrame>,
+    motion: Vec2,
+) -> PhantomUniform {
     let size = intrinsics.size.as_vec2();
     let (scale, center) = (intrinsics.focal / size, intrinsics.center / size);
     let frame_uv_from_camera = Mat4::from_cols(
@@ -107,6 +129,9 @@ fn projected(intrinsics: &Intrinsics, world_from_camera: &Affine3A, motion: Vec2
     PhantomUniform {
         frame_uv_from_view_uv: Vec4::ZERO,
         frame_uv_from_world: frame_uv_from_camera * Mat4::from(world_from_camera.inverse()),
+        captured_from: beyond.map_or(Vec4::ZERO, |beyond| beyond.captured_from.extend(1.0)),
+        projected_from: beyond.map_or(Vec4::ZERO, |_| world_from_camera.translation.extend(1.0)),
+        occluders: beyond.map_or([Mat4::ZERO; MAX_OCCLUDERS], |beyond| beyond.occluders),
         motion,
     }
 }
@@ -180,7 +205,7 @@ mod tests {
     fn points_are_projected_to_where_the_camera_shows_them() {
         let intrinsics = Intrinsics::new(Vec2::new(90.0, 80.0), Vec2::new(60.0, 30.0), UVec2::new(128, 64));
         let pose = Transform::from_xyz(0.3, 1.0, -0.2).looking_at(Vec3::new(0.1, 0.0, 0.3), Vec3::Y);
-        let uniform = projected(&intrinsics, &pose.compute_affine(), Vec2::ZERO);
+        let uniform = projected(&intrinsics, &pose.compute_affine(), None, Vec2::ZERO);
         for point in [Vec3::ZERO, Vec3::new(0.2, -0.1, 0.4), Vec3::new(-0.1, 0.2, 0.1)] {
             let uv = uniform.frame_uv_from_world * point.extend(1.0);
             let pixel = intrinsics.project(pose.compute_affine().inverse().transform_point3(point)).expect("in front");

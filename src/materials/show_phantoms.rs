@@ -6,10 +6,10 @@ use bevy::prelude::*;
 /// from the pose of that camera (projective texture mapping), under the shadows of virtual objects.
 ///
 /// Without this component, cameras that are no `ArCamera` see virtual objects only. An `ArCamera` with a frame shows
-/// its own and ignores this component. Phantoms outside of the projected frame are not drawn, and where one real thing
-/// hides another from the `ArCamera`, the hidden one is covered with the picture of the one in front. Tone mapping of
-/// the camera changes the colors of the frame, so
-/// [`Tonemapping::None`](bevy::core_pipeline::tonemapping::Tonemapping::None) is advisable.
+/// its own and ignores this component. Phantoms outside of the projected frame are not drawn (mirrors see them in the
+/// environment, [`NeighborReflections`](super::NeighborReflections)), and where one real thing hides another from the
+/// `ArCamera`, the hidden one is covered with the picture of the one in front. Tone mapping of the camera changes the
+/// colors of the frame, so [`Tonemapping::None`](bevy::core_pipeline::tonemapping::Tonemapping::None) is advisable.
 ///
 /// ```
 /// # use bevy::prelude::*;

@@ -3,6 +3,7 @@
 use super::{
     SurfaceStyle,
     dome_bindings::{DomeBindings, bind_fields, define_dome},
+    neighbors::NeighborCubes,
     style::StyleExtension,
 };
 use crate::shadows::{DomeShader, DomeTextures};
@@ -72,7 +73,7 @@ impl StyleExtension for ToonShaded {
         }
     }
 
-    fn new((bands, highlight): (u32, bool), textures: &DomeTextures) -> Self {
+    fn new((bands, highlight): (u32, bool), textures: &DomeTextures, _: &NeighborCubes) -> Self {
         let uniform = ToonUniform { bands: bands as f32, highlight: f32::from(highlight) };
         Self { dome: textures.into(), bands: ToonBindings { uniform } }
     }

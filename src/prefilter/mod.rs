@@ -87,6 +87,8 @@ pub use parallax::DeskParallax;
 pub use refresh::{EnvironmentState, Refresh};
 pub use scene_probe::{SceneCube, SceneProbe};
 
+pub(crate) use scene_faces::place_faces;
+
 use crate::{
     MirrorballPasses, MirrorballSystems,
     device::{self, Needs},

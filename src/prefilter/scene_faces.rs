@@ -39,7 +39,7 @@ pub(super) fn build(app: &mut App) {
 
 /// Camera of a face of a [`SceneProbe`].
 #[derive(Component)]
-struct SceneFace;
+pub(crate) struct SceneFace;
 
 fn face_image(edge: u32) -> Image {
     let extent = Extent3d { width: edge, height: edge, depth_or_array_layers: 1 };
@@ -63,15 +63,17 @@ fn set_up_faces(mut commands: Commands, mut images: ResMut<Assets<Image>>, probe
         for camera in existing.iter().flat_map(|existing| existing.cameras) {
             commands.entity(camera).try_despawn();
         }
-        let mut cube = cube_image("mirrorball_scene_probe_cube", edge, 1);
-        cube.texture_descriptor.usage |= TextureUsages::COPY_DST;
-        let cube = images.add(cube);
+        let cube = images.add(cube_image("mirrorball_scene_probe_cube", edge, 1));
         let faces = std::array::from_fn(|_| images.add(face_image(edge)));
         let cameras = std::array::from_fn(|i| {
             let camera = (
                 SceneFace,
                 Name::new("scene probe face"),
-                Camera3d::default(),
+                // The pass that copies the face into the cube reads its depth.
+                Camera3d {
+                    depth_texture_usages: (TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING).into(),
+                    ..default()
+                },
                 Camera { order: -100, is_active: false, clear_color: Color::BLACK.into(), ..default() },
                 RenderTarget::Image(ImageRenderTarget::from(Handle::clone(&faces[i]))),
                 Hdr,
@@ -172,7 +174,7 @@ fn schedule_faces(
 
 /// Moves the faces to their probe. Runs after transform propagation, so that the faces do not lag behind a moving
 /// probe.
-fn place_faces(
+pub(crate) fn place_faces(
     probes: Query<(&SceneCube, &GlobalTransform), Without<SceneFace>>,
     mut cameras: Query<(&mut Transform, &mut GlobalTransform), With<SceneFace>>,
 ) {

@@ -64,8 +64,12 @@ impl SceneProbe {
         self.edge.clamp(16, 1024).next_power_of_two()
     }
 
+    pub(super) fn near_plane(&self) -> f32 {
+        if self.near.is_finite() { self.near.max(1e-4) } else { 0.01 }
+    }
+
     pub(super) fn projection(&self) -> Projection {
-        let near = if self.near.is_finite() { self.near.max(1e-4) } else { 0.01 };
+        let near = self.near_plane();
         let far = if self.far > near { self.far } else { 1e4 * near };
         PerspectiveProjection { fov: FRAC_PI_2, aspect_ratio: 1.0, near, far, ..default() }.into()
     }
@@ -85,11 +89,11 @@ impl SceneProbe {
 #[derive(Component, Reflect, Clone, Debug)]
 #[reflect(Component, Debug, Clone)]
 pub struct SceneCube {
-    /// Cube map of 16-bit floats in frame buffer units, world axes. The GPU writes it, so do not change its [`Image`]
-    /// asset.
+    /// Cube map of 16-bit floats in frame buffer units, world axes. Alpha is the reciprocal distance in 1/m of what is
+    /// shown, 0 for the background. The GPU writes it, so do not change its [`Image`] asset.
     pub cube: Handle<Image>,
     pub(super) faces: [Handle<Image>; 6],
-    pub(super) cameras: [Entity; 6],
+    pub(crate) cameras: [Entity; 6],
     pub(super) edge: u32,
     /// Index of the face that is rendered next.
     pub(super) next: usize,

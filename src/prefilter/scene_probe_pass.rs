@@ -1,32 +1,82 @@
-//! Pass that copies the faces of scene probes into their cubes, after all cameras.
+//! Pass that copies the faces of scene probes, with their distances, into their cubes, after all cameras.
 
-use super::scene_probe::SceneCube;
-use crate::environment_map::CubeWrites;
+use super::scene_probe::{SceneCube, SceneProbe};
+use crate::{
+    compute_pass::{compute_pass, workgroups},
+    environment_map::{CubeWrites, cube_faces},
+};
 use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
     core_pipeline::schedule::camera_driver,
     prelude::*,
     render::{
-        Extract, ExtractSchedule, Render, RenderApp, RenderSystems,
+        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
         render_asset::RenderAssets,
-        render_resource::{Extent3d, Origin3d, TexelCopyTextureInfo},
-        renderer::{RenderContext, RenderGraph, RenderGraphSystems},
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
+            ComputePipelineDescriptor, PipelineCache, ShaderStages, ShaderType, StorageTextureAccess, TextureFormat,
+            TextureSampleType, UniformBuffer,
+            binding_types::{texture_2d, texture_depth_2d, texture_storage_2d_array, uniform_buffer},
+        },
+        renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
+        sync_world::RenderEntity,
         texture::GpuImage,
+        view::ViewDepthTexture,
     },
 };
 
 pub(super) fn build(app: &mut App) {
+    embedded_asset!(app, "scene_probe_pass.wgsl");
     app.sub_app_mut(RenderApp)
         .init_resource::<SceneCopies>()
+        .add_systems(RenderStartup, init_copy_pipeline)
         .add_systems(ExtractSchedule, extract_scene_cubes)
         .add_systems(Render, announce_cubes.in_set(RenderSystems::PrepareResources))
         .add_systems(RenderGraph, copy_faces_pass.in_set(RenderGraphSystems::Render).after(camera_driver));
+}
+
+/// Mirror of `Face` in `scene_probe_pass.wgsl`.
+#[derive(ShaderType, Clone, Copy)]
+struct FaceUniform {
+    layer: u32,
+    near: f32,
+}
+
+#[derive(Resource)]
+struct CopyPipeline {
+    id: CachedComputePipelineId,
+    layout: BindGroupLayoutDescriptor,
+}
+
+fn init_copy_pipeline(mut commands: Commands, asset_server: Res<AssetServer>, pipeline_cache: Res<PipelineCache>) {
+    let layout = BindGroupLayoutDescriptor::new(
+        "mirrorball_scene_probe_layout",
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                texture_2d(TextureSampleType::Float { filterable: false }),
+                texture_depth_2d(),
+                uniform_buffer::<FaceUniform>(false),
+                texture_storage_2d_array(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly),
+            ),
+        ),
+    );
+    let id = pipeline_cache.queue_compute_pipeline(ComputePipelineDescriptor {
+        label: Some("mirrorball_scene_probe_copy".into()),
+        layout: vec![layout.clone()],
+        shader: load_embedded_asset!(asset_server.as_ref(), "scene_probe_pass.wgsl"),
+        entry_point: Some("copy_face".into()),
+        ..default()
+    });
+    commands.insert_resource(CopyPipeline { id, layout });
 }
 
 /// Copy of a face that is rendered in this frame.
 struct FaceCopy {
     cube: AssetId<Image>,
     face: AssetId<Image>,
-    layer: u32,
+    camera: Entity,
+    uniform: FaceUniform,
 }
 
 #[derive(Resource, Default)]
@@ -37,13 +87,19 @@ struct SceneCopies {
     finished: Vec<AssetId<Image>>,
 }
 
-fn extract_scene_cubes(mut scene: ResMut<SceneCopies>, cubes: Extract<Query<&SceneCube>>) {
+fn extract_scene_cubes(
+    mut scene: ResMut<SceneCopies>,
+    cubes: Extract<Query<(&SceneProbe, &SceneCube)>>,
+    cameras: Extract<Query<RenderEntity>>,
+) {
     scene.copies.clear();
-    for cube in &cubes {
+    for (probe, cube) in &cubes {
         let (first, count) = cube.due;
-        scene.copies.extend((0..count).map(|i| {
+        scene.copies.extend((0..count).filter_map(|i| {
             let layer = (first + i) % 6;
-            FaceCopy { cube: cube.cube.id(), face: cube.faces[layer].id(), layer: layer as u32 }
+            let camera = cameras.get(cube.cameras[layer]).ok()?;
+            let uniform = FaceUniform { layer: layer as u32, near: probe.near_plane() };
+            Some(FaceCopy { cube: cube.cube.id(), face: cube.faces[layer].id(), camera, uniform })
         }));
     }
 }
@@ -55,23 +111,48 @@ fn announce_cubes(mut scene: ResMut<SceneCopies>, mut writes: ResMut<CubeWrites>
     }
 }
 
-fn copy_faces_pass(mut scene: ResMut<SceneCopies>, images: Res<RenderAssets<GpuImage>>, mut ctx: RenderContext) {
+fn copy_faces_pass(
+    mut scene: ResMut<SceneCopies>,
+    pipeline: Res<CopyPipeline>,
+    pipeline_cache: Res<PipelineCache>,
+    images: Res<RenderAssets<GpuImage>>,
+    depths: Query<&ViewDepthTexture>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    mut ctx: RenderContext,
+) {
     let SceneCopies { copies, finished } = &mut *scene;
+    let Some(ready) = pipeline_cache.get_compute_pipeline(pipeline.id).filter(|_| !copies.is_empty()) else {
+        return;
+    };
+    let layout = pipeline_cache.get_bind_group_layout(&pipeline.layout);
+    let mut due: Vec<(BindGroup, u32)> = Vec::new();
     for copy in copies {
-        let (Some(face), Some(cube)) = (images.get(copy.face), images.get(copy.cube)) else {
+        let (Some(face), Some(cube), Ok(depth)) =
+            (images.get(copy.face), images.get(copy.cube), depths.get(copy.camera))
+        else {
             continue;
         };
-        let size = face.texture.size();
-        if (cube.texture.width(), cube.texture.height()) != (size.width, size.height) {
+        let edge = cube.texture.width();
+        if face.texture.width() != edge || depth.texture.width() != edge {
             continue;
         }
-        ctx.command_encoder().copy_texture_to_texture(
-            face.texture.as_image_copy(),
-            TexelCopyTextureInfo { origin: Origin3d { x: 0, y: 0, z: copy.layer }, ..cube.texture.as_image_copy() },
-            Extent3d { depth_or_array_layers: 1, ..size },
-        );
-        if copy.layer == 5 {
+        let mut uniform = UniformBuffer::from(copy.uniform);
+        uniform.set_label(Some("mirrorball_scene_probe_uniform"));
+        uniform.write_buffer(&device, &queue);
+        let Some(uniform) = uniform.binding() else { continue };
+        let layers = cube_faces(&cube.texture);
+        let entries = BindGroupEntries::sequential((&face.texture_view, depth.view(), uniform, &layers));
+        due.push((device.create_bind_group("mirrorball_scene_probe_bind_group", &layout, &entries), workgroups(edge)));
+        if copy.uniform.layer == 5 {
             finished.push(copy.cube);
         }
     }
+    compute_pass(&mut ctx, "mirrorball_scene_probe_copy", |pass| {
+        pass.set_pipeline(ready);
+        for (bind_group, across) in &due {
+            pass.set_bind_group(0, bind_group, &[]);
+            pass.dispatch_workgroups(*across, *across, 1);
+        }
+    });
 }

@@ -16,6 +16,7 @@ mod life_cycle;
 #[path = "../support/logged.rs"]
 mod logged;
 mod long_run;
+mod neighbors;
 #[path = "../support/radiance_cube.rs"]
 mod radiance_cube;
 mod ray_truth;

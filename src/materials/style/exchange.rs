@@ -5,6 +5,7 @@ use super::{
     styled_materials::{StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material},
 };
 use crate::{
+    materials::neighbors::NeighborCubes,
     phantom::{StageRole, nearest},
     shadows::{DomeTextures, ShadowDomeLight},
 };
@@ -28,15 +29,17 @@ impl Styles<'_, '_> {
     }
 }
 
-/// Copies changes of the originals and of the dome's textures into the styled materials.
+/// Copies changes of the originals, of the dome's textures and of the cubes of mirrors into the styled materials.
 pub(in crate::materials) fn update_styled_materials<E: StyleExtension>(
     mut changes: MessageReader<AssetEvent<StandardMaterial>>,
     mut styled_materials: ResMut<StyledMaterials<E>>,
     mut materials: ResMut<Assets<StyledMaterial<E>>>,
     originals: Res<Assets<StandardMaterial>>,
     textures: Res<DomeTextures>,
+    neighbors: Res<NeighborCubes>,
 ) {
-    let textures_changed = styled_materials.made_with.replace(textures.identity()) != Some(textures.identity());
+    let identity = (textures.identity(), neighbors.buffer.id());
+    let textures_changed = styled_materials.made_with.replace(identity) != Some(identity);
     let modified = |event: &AssetEvent<StandardMaterial>| match event {
         AssetEvent::Modified { id } => Some(*id),
         _ => None,
@@ -48,7 +51,7 @@ pub(in crate::materials) fn update_styled_materials<E: StyleExtension>(
                 continue;
             };
             if let Some(mut material) = materials.get_mut(*material) {
-                *material = styled_material(original, *parameters, &textures);
+                *material = styled_material(original, *parameters, &textures, &neighbors);
             }
         }
     }
@@ -82,6 +85,7 @@ pub(in crate::materials) fn apply_styles<E: StyleExtension>(
     mut materials: ResMut<Assets<StyledMaterial<E>>>,
     originals: Res<Assets<StandardMaterial>>,
     textures: Res<DomeTextures>,
+    neighbors: Res<NeighborCubes>,
     meshes: Query<PlainMesh>,
     styles: Styles,
 ) {
@@ -97,7 +101,8 @@ pub(in crate::materials) fn apply_styles<E: StyleExtension>(
         };
         let key = (material.id(), parameters);
         let existing = styled_materials.by_key.get(&key).and_then(|id| materials.get_strong_handle(*id));
-        let handle = existing.unwrap_or_else(|| materials.add(styled_material(original, parameters, &textures)));
+        let handle =
+            existing.unwrap_or_else(|| materials.add(styled_material(original, parameters, &textures, &neighbors)));
         styled_materials.by_key.insert(key, handle.id());
         commands
             .entity(mesh)

@@ -1,12 +1,16 @@
 //! Styled materials: extensions of `StandardMaterial`s that draw a style, one for each original and set of parameters.
 
 use super::SurfaceStyle;
-use crate::shadows::{DomeIdentity, DomeTextures};
+use crate::{
+    materials::neighbors::NeighborCubes,
+    shadows::{DomeIdentity, DomeTextures},
+};
 use bevy::{
     material::OpaqueRendererMethod,
     pbr::{ExtendedMaterial, MaterialExtension},
     platform::collections::HashMap,
     prelude::*,
+    render::storage::ShaderBuffer,
 };
 use std::hash::Hash;
 
@@ -19,7 +23,7 @@ pub(in crate::materials) trait StyleExtension: MaterialExtension {
     /// Returns the parameters of a style, or `None` if another extension draws it.
     fn parameters(style: &SurfaceStyle, has_dome: bool) -> Option<Self::Parameters>;
 
-    fn new(parameters: Self::Parameters, textures: &DomeTextures) -> Self;
+    fn new(parameters: Self::Parameters, textures: &DomeTextures, neighbors: &NeighborCubes) -> Self;
 
     /// Removes the features of the original that the extension does not draw.
     fn simplify(base: StandardMaterial) -> StandardMaterial {
@@ -35,7 +39,7 @@ pub(super) type StyledMaterialKey<E> = (AssetId<StandardMaterial>, <E as StyleEx
 #[derive(Resource)]
 pub(in crate::materials) struct StyledMaterials<E: StyleExtension> {
     pub(super) by_key: HashMap<StyledMaterialKey<E>, AssetId<StyledMaterial<E>>>,
-    pub(super) made_with: Option<DomeIdentity>,
+    pub(super) made_with: Option<(DomeIdentity, AssetId<ShaderBuffer>)>,
 }
 
 impl<E: StyleExtension> Default for StyledMaterials<E> {
@@ -57,7 +61,8 @@ pub(super) fn styled_material<E: StyleExtension>(
     original: &StandardMaterial,
     parameters: E::Parameters,
     textures: &DomeTextures,
+    neighbors: &NeighborCubes,
 ) -> StyledMaterial<E> {
     let base = StandardMaterial { opaque_render_method: OpaqueRendererMethod::Forward, ..original.clone() };
-    ExtendedMaterial { base: E::simplify(base), extension: E::new(parameters, textures) }
+    ExtendedMaterial { base: E::simplify(base), extension: E::new(parameters, textures, neighbors) }
 }

@@ -118,6 +118,7 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let crossfaded = vec![FORWARD, PREPASSED, receiving, CROSSFADED];
             forward.iter().cloned().chain(with_shadows).chain([prepassed, lit, crossfaded]).collect()
         }
+        Some("near_reflections.wgsl" | "captured.wgsl") => forward.to_vec(),
         Some("engine_features.wgsl") => vec![vec![FORWARD, TEXTURED], vec![FORWARD, TEXTURED, SORTED, CROSSFADED]],
         Some("outline.wgsl") => {
             let without_normals = vec!["MESH_PIPELINE", "VERTEX_POSITIONS", "MORPH_TARGETS"];

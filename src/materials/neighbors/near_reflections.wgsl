@@ -1,0 +1,62 @@
+// Reflections of neighbors in a surface, instead of those of the room that the engine has added.
+
+#define_import_path bevy_mirrorball::materials::neighbors::near_reflections
+
+#import bevy_mirrorball::materials::neighbors::neighbor_cubes::{mirror_at, near_radiance, neighbors}
+#import bevy_pbr::{
+    clustered_forward as clustering,
+    lighting::{F_AB, F_Schlick, LayerLightingInput, perceptualRoughnessToRoughness},
+    mesh_view_bindings::view,
+    pbr_functions::calculate_F0,
+    pbr_types::PbrInput,
+}
+#ifdef ENVIRONMENT_MAP
+#import bevy_pbr::environment_map::{compute_radiances, radiance_sample_direction}
+#endif
+
+/// Fraction of perpendicular light below which no real material reflects; the engine fades reflections out there.
+const FADING: f32 = 50.0 * 0.33;
+
+/// What is to be added to a shaded surface. `occlusion` is that of the neighbors; that of the room is the surface's.
+fn near_reflection(surface: PbrInput, occlusion: f32) -> vec3f {
+#ifdef ENVIRONMENT_MAP
+#ifndef SCREEN_SPACE_REFLECTIONS
+#ifndef STANDARD_MATERIAL_ANISOTROPY
+    let mirror = mirror_at(surface.world_position.xyz);
+    if mirror < neighbors.count {
+        return difference(surface, mirror, occlusion);
+    }
+#endif
+#endif
+#endif
+    return vec3f(0.0);
+}
+
+#ifdef ENVIRONMENT_MAP
+fn difference(surface: PbrInput, mirror: u32, occlusion: f32) -> vec3f {
+    var layer: LayerLightingInput;
+    layer.N = surface.N;
+    layer.R = reflect(-surface.V, surface.N);
+    layer.NdotV = max(dot(surface.N, surface.V), 0.0001);
+    layer.perceptual_roughness = surface.material.perceptual_roughness;
+    layer.roughness = perceptualRoughnessToRoughness(layer.perceptual_roughness);
+    let pos_world = surface.world_position.xyz;
+    let view_z = (view.view_from_world * surface.world_position).z;
+    let cluster = clustering::view_fragment_cluster_index(surface.frag_coord.xy, view_z, surface.is_orthographic);
+    var ranges = clustering::unpack_clusterable_object_index_ranges(cluster);
+    let room = compute_radiances(layer, &ranges, pos_world, true).radiance * view.exposure;
+    let dir = radiance_sample_direction(layer.N, layer.R, layer.roughness);
+    let near = near_radiance(mirror, pos_world, dir, layer.perceptual_roughness);
+    // As in Bevy's environment_map.wgsl.
+    let material = surface.material;
+    let F0 = calculate_F0(material.base_color.rgb, material.metallic, material.reflectance);
+    let F_ab = F_AB(layer.perceptual_roughness, layer.NdotV);
+    var reflected = (F0 * F_ab.x + F_ab.y) * saturate(dot(F0, vec3f(FADING)));
+#ifdef STANDARD_MATERIAL_CLEARCOAT
+    let coat_cos = max(dot(surface.clearcoat_N, surface.V), 0.0001);
+    let left = 1.0 - F_Schlick(0.04, 1.0, coat_cos) * material.clearcoat;
+    reflected *= left * left;
+#endif
+    return reflected * (near * occlusion - room * surface.specular_occlusion);
+}
+#endif
