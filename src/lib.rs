@@ -54,7 +54,7 @@
 //! | schedule of the render world | set or place | passes |
 //! |---|---|---|
 //! | `RenderGraph`, once a frame | [`MirrorballPasses::WriteCubes`] | balls and probe cameras → environment cubes ([`unwrap`]) |
-//! | | [`MirrorballPasses::ReadCubes`] | filtered maps ([`prefilter`]), weights of the dome ([`shadows`]) |
+//! | | [`MirrorballPasses::ReadCubes`] | filtered maps ([`prefilter`]), weights of the dome ([`shadows`]), mirrors ([`materials`]) |
 //! | | before all cameras | shadow maps of the dome ([`shadows`]) |
 //! | | after all cameras | faces of scene probes ([`prefilter`]), images of maps ([`mod@debug`]) |
 //! | `Core3d`, per camera | after the prepass | motion of the background ([`camera`]), dome visibility ([`shadows`]) |
@@ -164,10 +164,10 @@
 //! | storage buffers | 8 | 8 | 4 |
 //! | uniform buffers | 12 | 6 | 1 |
 //!
-//! Nothing of either is left: the next feature has to share a binding. `tests/environment/device.rs` counts. Bevy itself
-//! exceeds these limits on native devices (occlusion culling, its own environment filter) and omits those features
-//! where they do not fit; its ambient occlusion needs one texture more than there is. On WebGPU irradiance volumes are
-//! off, so they need none.
+//! No texture and no storage buffer is left: the next feature has to share a binding. `tests/environment/device.rs`
+//! counts. Bevy itself exceeds these limits on native devices (occlusion culling, its own environment filter) and omits
+//! those features where they do not fit; its ambient occlusion needs one texture more than there is. On WebGPU
+//! irradiance volumes are off, so they need none.
 //!
 //! # When the graphics device is lost
 //! A driver that is reset or updated, or a GPU that is unplugged, takes all textures with it. Bevy then ends the game

@@ -27,6 +27,17 @@
 //! phantoms do not exist, so that virtual objects are seen whole and nothing of the frame is seen, unless the camera
 //! has [`ShowPhantoms`].
 //!
+//! # Neighbors in mirrors
+//! Polished surfaces of [`SurfaceStyle::ImageBased`] (metals and other things that reflect a tenth of the light and
+//! more, with a perceptual roughness below 0.6) mirror the virtual objects beside them, the real things and the shadows
+//! on these, from where the mirror is and with parallax, in scenes with a
+//! [`ShadowDomeLight`](crate::shadows::ShadowDomeLight). [`NeighborReflections`] has the number of mirrors, the budget
+//! and the resolution; [`NoNeighborReflections`] excludes meshes. Six faces per mirror are rendered after a change, as
+//! many per frame as the budget says, and none while nothing changes. Single-sided opaque meshes can be mirrors. Clear
+//! coats and anisotropic metals mirror the room, and so do real mirrors. Other objects within the bounds of a mirror
+//! reflect what that does. The method is that of Szirmay-Kalos, Aszódi, Lazányi and Premecz 2005, *Approximate
+//! Ray-Tracing on the GPU with Distance Impostors*.
+//!
 //! # Edges of phantoms
 //! A virtual object ends sharply, within one pixel, where a phantom hides it. [`SoftPhantomEdges`] on the camera
 //! blends the two across the edge instead.

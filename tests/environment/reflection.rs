@@ -102,6 +102,7 @@ fn components_that_a_scene_may_name_without_values_have_defaults() {
         "SurfaceStyle",
         "DeskParallax",
         "SceneProbe",
+        "NoNeighborReflections",
         "MapView",
     ] {
         let registration = registry.get_with_short_type_path(name).unwrap_or_else(|| panic!("{name} is registered"));

@@ -45,6 +45,15 @@ impl Scene {
         Some(Self { desk, mirror, red_box })
     }
 
+    /// Faces drawn in twenty frames in which nothing changes, after those in which the last readback is forgotten: it
+    /// pauses the camera, and with it the dome's visibility pass.
+    fn faces_without_changes(&mut self) -> usize {
+        for _ in 0..8 {
+            self.desk.app.update();
+        }
+        (0..20).map(|_| self.faces_in_next_frame()).sum()
+    }
+
     fn shoot(&mut self) -> Shot {
         headless::settle(&mut self.desk.app).expect("all shaders compile");
         self.desk.shoot()
@@ -96,8 +105,7 @@ fn one_that_refuses_shows_the_room() {
 fn nothing_is_drawn_while_nothing_changes_and_what_moves_is_followed() {
     let Some(mut scene) = Scene::new(4) else { return };
     assert!(is_red(red_green(&scene.shoot(), TO_THE_RIGHT)));
-    let idle: usize = (0..20).map(|_| scene.faces_in_next_frame()).sum();
-    assert_eq!(idle, 0);
+    assert_eq!(scene.faces_without_changes(), 0);
     let mut place = scene.desk.app.world_mut().get_mut::<Transform>(scene.red_box).expect("it is somewhere");
     place.translation.x *= -1.0;
     let drawn: usize = (0..20).map(|_| scene.faces_in_next_frame()).sum();
@@ -106,6 +114,5 @@ fn nothing_is_drawn_while_nothing_changes_and_what_moves_is_followed() {
     let shot = scene.shoot();
     assert!(!is_red(red_green(&shot, TO_THE_RIGHT)));
     assert!(is_red(red_green(&shot, TO_THE_RIGHT * Vec3::new(-1.0, 1.0, 1.0))));
-    let idle: usize = (0..20).map(|_| scene.faces_in_next_frame()).sum();
-    assert_eq!(idle, 0);
+    assert_eq!(scene.faces_without_changes(), 0);
 }

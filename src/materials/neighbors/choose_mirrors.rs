@@ -33,8 +33,7 @@ type MirrorMesh = (
     &'static GlobalTransform,
     &'static InheritedVisibility,
     &'static StageRole,
-    Option<&'static MeshMaterial3d<StandardMaterial>>,
-    Option<&'static MeshMaterial3d<ImageBasedMaterial>>,
+    &'static MeshMaterial3d<ImageBasedMaterial>,
 );
 type SeeingCamera =
     (Entity, &'static Camera, &'static GlobalTransform, &'static Frustum, Option<&'static RenderLayers>);
@@ -43,8 +42,7 @@ type SeeingCamera =
 #[derive(SystemParam)]
 pub(super) struct Mirrors<'w, 's> {
     meshes: Query<'w, 's, MirrorMesh, With<Mesh3d>>,
-    plain: Res<'w, Assets<StandardMaterial>>,
-    image_based: Res<'w, Assets<ImageBasedMaterial>>,
+    materials: Res<'w, Assets<ImageBasedMaterial>>,
     parents: Query<'w, 's, &'static ChildOf>,
     refusals: Query<'w, 's, &'static NoNeighborReflections>,
     game_probes:
@@ -54,11 +52,9 @@ pub(super) struct Mirrors<'w, 's> {
 impl Mirrors<'_, '_> {
     /// All mirrors with their bounds.
     fn iter(&self) -> impl Iterator<Item = (Entity, MirrorBounds)> {
-        self.meshes.iter().filter_map(|(entity, aabb, place, visibility, role, plain, image_based)| {
-            let plain = plain.and_then(|material| self.plain.get(material));
-            let material =
-                plain.or(image_based.and_then(|m| self.image_based.get(m)).map(|material| &material.base))?;
-            let is_candidate = *role == StageRole::Virtual && visibility.get() && is_mirror(material);
+        self.meshes.iter().filter_map(|(entity, aabb, place, visibility, role, material)| {
+            let material = self.materials.get(material)?;
+            let is_candidate = *role == StageRole::Virtual && visibility.get() && is_mirror(&material.base);
             if !is_candidate || nearest(entity, &self.parents, &self.refusals).is_some() {
                 return None;
             }
@@ -71,10 +67,11 @@ impl Mirrors<'_, '_> {
     }
 }
 
-/// Width of a mirror in the picture of a camera as a fraction of its height; 0 outside of the picture.
+/// Width of a mirror in the picture of a camera as a fraction of its height; 0 outside of the picture, and while the
+/// camera pauses.
 fn width_in_picture(bounds: &MirrorBounds, camera: &Camera, place: &GlobalTransform, frustum: &Frustum) -> f32 {
     let radius = bounds.half_extents.max_element();
-    if !frustum.intersects_sphere(&Sphere { center: bounds.center.into(), radius }, false) {
+    if !camera.is_active || !frustum.intersects_sphere(&Sphere { center: bounds.center.into(), radius }, false) {
         return 0.0;
     }
     let distance = place.translation().distance(bounds.center).max(radius);
@@ -98,7 +95,8 @@ pub(super) fn choose_mirrors(
         }
     }
     let limit = (settings.max_probes as usize).min(MAX_MIRRORS);
-    let seeing: Vec<_> = cameras.iter().filter(|(_, camera, ..)| camera.is_active).collect();
+    // Those that pause too, so that their mirrors stay as they are.
+    let seeing: Vec<_> = cameras.iter().collect();
     let layers = seeing.iter().min_by_key(|(entity, camera, ..)| camera_rank(*entity, camera)).and_then(|view| view.4);
     let mut chosen: Vec<(f32, Entity, MirrorBounds)> = Vec::new();
     if limit > 0 && !seeing.is_empty() {

@@ -4,7 +4,8 @@
 //! **Enters:** virtual meshes that reflect at least a tenth of the light and have a perceptual roughness below 0.6, the
 //! frame of the [`ArCamera`](crate::camera::ArCamera) and the environment. **Leaves:** a
 //! [`SceneProbe`](crate::prefilter::SceneProbe) of each, whose filtered cube an
-//! [`ImageBasedMaterial`](super::ImageBasedMaterial) reflects in place of the environment within the bounds of the mesh.
+//! [`ImageBasedMaterial`](super::ImageBasedMaterial) reflects in place of the environment within the bounds of the
+//! mesh.
 //! Diffuse light stays that of the room, which the shadow dome divides already.
 //!
 //! # Faces
@@ -45,7 +46,7 @@ mod watch_changes;
 
 pub(super) use neighbor_cubes::NeighborCubes;
 
-use crate::{environment_map::PendingCubes, prefilter::place_faces};
+use crate::{MirrorballSystems, environment_map::PendingCubes, prefilter::place_faces};
 use bevy::{asset::embedded_asset, prelude::*, render::storage::ShaderBuffer, shader::load_shader_library};
 
 /// Setting of reflections of neighbors in polished virtual objects.
@@ -109,6 +110,7 @@ pub(super) fn build(app: &mut App) {
         )
             .chain()
             .run_if(resource_exists::<NeighborCubes>)
+            .after(MirrorballSystems::Dress)
             .after(TransformSystems::Propagate)
             .before(place_faces),
     );

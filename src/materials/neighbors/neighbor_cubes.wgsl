@@ -77,7 +77,8 @@ fn lookup(mirror: MirrorEntry, dir_cube: vec3f, level: u32) -> vec4f {
 }
 
 /// How far a place on a reflected ray lies behind the surroundings, as seen from the center. `s` goes from 0 at the
-/// surface to 1 infinitely far away; in front of planes the gap is linear in it. Twin of `gap` in `near_reflections.rs`.
+/// surface to 1 infinitely far away; in front of planes the gap is linear in it. Twin of `gap` in
+/// `near_reflections.rs`.
 fn gap(mirror: MirrorEntry, level: u32, start: vec3f, dir: vec3f, distance: f32, s: f32) -> f32 {
     let along = mix(start, dir, s);
     return length(along) * distance * lookup(mirror, along, level).a - (1.0 - s);
