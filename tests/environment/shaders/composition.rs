@@ -72,6 +72,9 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let sorted = vec![FORWARD, TEXTURED, PREPASSED, SORTED, CROSSFADED];
             forward.iter().cloned().chain(filtered).chain([multisampled, few, sorted]).collect()
         }
+        Some("surfel_pass.wgsl") => {
+            FILTERS.iter().flat_map(|filter| [vec![*filter], vec![*filter, &["KEY_LIGHTS", "SPOTS"]]]).collect()
+        }
         Some("visibility_pass.wgsl") => {
             let steps: [&[&str]; 4] = [&[], &["INTERLEAVED"], &["CACHED"], &["INTERLEAVED", "CACHED"]];
             let multisampled: &[&str] = &["MULTISAMPLED", "KEY_LIGHTS", "SPOTS"];
