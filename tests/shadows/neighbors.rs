@@ -8,7 +8,6 @@ use bevy::prelude::*;
 use bevy_mirrorball::{
     headless,
     materials::{NeighborReflections, NoNeighborReflections},
-    prelude::*,
 };
 
 const RADIUS: f32 = 0.06;
