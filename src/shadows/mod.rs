@@ -22,19 +22,19 @@
 //! Directions below the horizon take part in the sums but have no shadow maps: their light comes from the desk.
 //!
 //! # Bounced light
-//! What hides a direction sends light of its own. The surfaces of casters are divided into *surfels*, small discs of
-//! similar size; so are phantoms that do not cast, finely near virtual things and coarsely elsewhere. A surfel has the
-//! radiance `B` = albedo × E ÷ π. E is the light that arrives at it: that of the dome, then, once, that of the other
-//! surfels. Albedos are base colors (in the mean over the texture); a metal counts as matte. Of a real surface, `B` is
-//! what the frame shows × the fraction of its light that virtual things leave. Where the frame does not show it, its
-//! albedo is that of what the frame shows of the same phantom. With `F`, the projected solid angle of a disc:
+//! What hides a direction sends light of its own. The surfaces of casters are divided into *surfels*, small discs,
+//! more of them on larger casters. A surfel has the radiance `B` = albedo × E ÷ π. E is the light that arrives at it:
+//! that of the dome, then, once, that of the other surfels. Albedos are base colors (in the mean over the texture); a
+//! metal counts as matte. Of a real surface, `B` is what the frame shows × the fraction of its light that virtual
+//! things leave. Where the frame does not show it, its albedo is that of what the frame shows of the same phantom.
+//! With `F`, the projected solid angle of a disc:
 //! - The sum of a virtual surface also has `Σ (B − L_d)·F`. Below the horizon, where there are no shadow maps, a surfel
-//!   hides `L_d`, the mean of the map there. So the desk is as dark beneath a thing as its shadow, and as bright
-//!   elsewhere as the frame shows it there.
+//!   hides `L_d`, the mean of the map there; above, `L_d` is 0.
 //! - A phantom shows `camera × (Σ V_v·V_p·L·(n·d)₊ + Σ B·F) / (Σ V_p·L·(n·d)₊ + Σ B_r·F)`, where `B_r` is `B` without
 //!   virtual things (0 for virtual surfels). No albedo of the receiver is needed.
 //!
-//! Nothing between a surfel and its receiver is taken into account. With `surfels` set to 0, virtual things send no
+//! Nothing between a surfel and its receiver is taken into account, and virtual things are as bright beneath as if no
+//! shadow lay on the desk. With `surfels` set to 0, virtual things send no
 //! light, and a phantom that hides a direction from a virtual surface sends `L_d`; so does one that the limit leaves
 //! out.
 //!

@@ -56,12 +56,6 @@ impl<'a> Triangles<'a> {
     }
 }
 
-/// Triangles of a mesh in its own frame; empty if its data is not on the CPU.
-pub(super) fn triangles(mesh: &Mesh) -> Vec<[Vec3; 3]> {
-    Triangles::of(mesh)
-        .map_or(vec![], |triangles| (0..triangles.corners.len()).map(|triangle| triangles.points(triangle)).collect())
-}
-
 /// Normal × area of a triangle.
 pub(super) fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {
     0.5 * (b - a).cross(c - a)
@@ -186,7 +180,7 @@ mod tests {
     #[test]
     fn meshes_without_triangles_have_no_surfels() {
         let line = Polyline3d::new([Vec3::ZERO, Vec3::X]).mesh().build();
-        assert!(mesh_surfels(&line, 16).is_empty() && triangles(&line).is_empty());
+        assert!(mesh_surfels(&line, 16).is_empty());
         let point = Triangle3d::new(Vec3::X, Vec3::X, Vec3::X).mesh().build();
         assert!(mesh_surfels(&point, 16).is_empty());
     }

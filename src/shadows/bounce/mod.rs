@@ -1,21 +1,18 @@
 //! Bounced light: what virtual and real things send to each other, past the shadow maps.
 //!
-//! The surfaces of casters, and those of other phantoms near virtual things, are divided into *surfels*: small discs
-//! with a position, a normal, an area and a color. This module forms them on the CPU; `render/surfel_pass.wgsl` lights
-//! them, and `render/surfels.wgsl` sums the light that they send to a point.
+//! The surfaces of casters are divided into *surfels*: small discs with a position, a normal, an area and a color. This
+//! module forms them on the CPU; `render/surfel_pass.wgsl` lights them, and `render/surfels.wgsl` sums the light that
+//! they send to a point.
 
 mod albedo;
 mod deformation;
 mod frame_light;
 mod mesh_surfels;
-mod subdivide;
 
 pub(crate) use albedo::SurfaceAlbedo;
 
 use super::{bounding_sphere::BoundingSphere, casters::Caster, dome_light::ShadowDomeLight, fitted_dome::FittedDome};
-use crate::phantom::StageRole;
 use bevy::{
-    camera::visibility::InheritedVisibility,
     math::{Affine3A, Mat3A},
     platform::collections::HashMap,
     prelude::*,
@@ -23,22 +20,19 @@ use bevy::{
 };
 use deformation::Deformation;
 use frame_light::FrameLight;
-use mesh_surfels::{MeshSurfel, area_vector, mesh_surfels, triangles};
+use mesh_surfels::{MeshSurfel, mesh_surfels};
 use std::sync::Arc;
 
 /// Flags of a [`Surfel`]. Twins of the constants in `surfel_pass.wgsl`.
 const IS_VIRTUAL: u32 = 1;
 const IS_VISIBLE: u32 = 2;
-const IS_CASTER: u32 = 4;
 /// Bits above which the number of the phantom stands.
 const PHANTOM_SHIFT: u32 = 8;
 /// Largest number of phantoms whose albedo is estimated; the others send no light. Twin of the constant in
 /// `surfel_pass.wgsl`.
 pub(super) const MAX_PHANTOMS: usize = 64;
-/// Part of all surfels that phantoms which do not cast get at most.
-const DESK_PART: f32 = 0.5;
-/// Range of the number of surfels per caster.
-const PER_CASTER: std::ops::RangeInclusive<usize> = 8..=96;
+/// Numbers of surfels that a caster can have: few, so that it keeps its surfels while casters come and go.
+const PER_CASTER: [usize; 10] = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192];
 
 /// Disc that stands for a patch of a surface, in world space. Mirror of `Surfel` in `surfel_pass.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
@@ -66,7 +60,6 @@ pub(super) struct Surfels {
 #[derive(Default)]
 pub(super) struct MeshCache {
     surfels: HashMap<(AssetId<Mesh>, usize), Arc<Vec<MeshSurfel>>>,
-    triangles: HashMap<AssetId<Mesh>, Arc<Vec<[Vec3; 3]>>>,
 }
 
 impl MeshCache {
@@ -74,16 +67,11 @@ impl MeshCache {
         Arc::clone(self.surfels.entry((id, count)).or_insert_with(|| mesh_surfels(mesh, count).into()))
     }
 
-    fn triangles(&mut self, id: AssetId<Mesh>, mesh: &Mesh) -> Arc<Vec<[Vec3; 3]>> {
-        Arc::clone(self.triangles.entry(id).or_insert_with(|| triangles(mesh).into()))
-    }
-
     /// Forgets meshes that have changed.
     fn follow(&mut self, changes: &mut MessageReader<AssetEvent<Mesh>>) {
         for change in changes.read() {
             if let AssetEvent::Modified { id } | AssetEvent::Removed { id } = change {
                 self.surfels.retain(|(mesh, _), _| mesh != id);
-                self.triangles.remove(id);
             }
         }
     }
@@ -93,7 +81,7 @@ impl MeshCache {
 #[derive(Clone, Copy)]
 enum Paint<'a> {
     Virtual(Vec3),
-    /// Of a phantom with these flags.
+    /// Of a phantom with its number in the flags.
     Phantom(u32, &'a FrameLight<'a>),
 }
 
@@ -130,14 +118,18 @@ fn caster_surfels(caster: &Caster, mesh: &Mesh, surfels: &[MeshSurfel], paint: P
     }
 }
 
-type Desk = (&'static Mesh3d, &'static GlobalTransform, &'static StageRole, &'static InheritedVisibility);
+/// Number of surfels of a caster: its part of all, by size.
+fn surfels_of(caster: &Caster, sizes: f32, limit: usize) -> usize {
+    let part = limit as f32 * caster.sphere.radius / sizes.max(f32::MIN_POSITIVE);
+    let fitting = PER_CASTER.iter().rev().find(|count| **count as f32 <= part);
+    fitting.copied().unwrap_or(PER_CASTER[0])
+}
 
-/// Forms the surfels of all casters and of the phantoms that do not cast.
+/// Forms the surfels of all casters.
 pub(super) fn collect_surfels(
     mut collected: ResMut<Surfels>,
     fitted: Res<FittedDome>,
     domes: Query<&ShadowDomeLight>,
-    desks: Query<Desk>,
     albedos: Query<&SurfaceAlbedo>,
     frames: frame_light::Frames,
     meshes: Res<Assets<Mesh>>,
@@ -153,12 +145,15 @@ pub(super) fn collect_surfels(
         return;
     }
     let frame = frames.newest();
-    let per_caster = (limit / fitted.casters.len()).clamp(*PER_CASTER.start(), *PER_CASTER.end());
+    let sizes: f32 = fitted.casters.iter().map(|caster| caster.sphere.radius).sum();
     let (mut list, mut phantoms, mut covers_phantoms) = (vec![], 0, true);
-    for caster in &fitted.casters {
+    // Phantoms first: without surfels of their own, they would have to be as bright as the map below the horizon.
+    let of_kind = |is_phantom| fitted.casters.iter().filter(move |caster| caster.is_phantom == is_phantom);
+    for caster in of_kind(true).chain(of_kind(false)) {
         let mesh = meshes.get(caster.mesh);
         let fits = |surfels: &Arc<Vec<MeshSurfel>>| !surfels.is_empty() && list.len() + surfels.len() <= limit;
-        let surfels = mesh.map(|mesh| cache.surfels(caster.mesh, per_caster, mesh)).filter(fits);
+        let count = surfels_of(caster, sizes, limit);
+        let surfels = mesh.map(|mesh| cache.surfels(caster.mesh, count, mesh)).filter(fits);
         let (Some(mesh), Some(surfels)) = (mesh, surfels) else {
             covers_phantoms &= !caster.is_phantom;
             continue;
@@ -167,28 +162,12 @@ pub(super) fn collect_surfels(
             Paint::Virtual(albedos.get(caster.entity).map_or(SurfaceAlbedo::default(), |albedo| *albedo).0)
         } else if phantoms < MAX_PHANTOMS as u32 {
             phantoms += 1;
-            Paint::Phantom(IS_CASTER | (phantoms - 1) << PHANTOM_SHIFT, &frame)
+            Paint::Phantom((phantoms - 1) << PHANTOM_SHIFT, &frame)
         } else {
             covers_phantoms = false;
             continue;
         };
         caster_surfels(caster, mesh, &surfels, paint, &mut list);
-    }
-    for (mesh, place, role, visibility) in &desks {
-        let is_desk = matches!(role, StageRole::Phantom(phantom) if !phantom.casts && phantom.receives);
-        let Some(data) = meshes.get(&mesh.0).filter(|_| is_desk && visibility.get()) else {
-            continue;
-        };
-        let triangles = cache.triangles(mesh.id(), data);
-        let place = place.affine();
-        let triangles: Vec<_> = triangles.iter().map(|corners| corners.map(|p| place.transform_point3(p))).collect();
-        let most = (limit - list.len()).min((DESK_PART * limit as f32) as usize);
-        if phantoms < MAX_PHANTOMS as u32 {
-            let paint = Paint::Phantom(phantoms << PHANTOM_SHIFT, &frame);
-            let divided = subdivide::subdivide(&triangles, &objects, most);
-            list.extend(divided.iter().map(|t| paint.surfel((t[0] + t[1] + t[2]) / 3.0, area_vector(*t))));
-            phantoms += 1;
-        }
     }
     collected.set_if_neq(Surfels { list: list.into(), phantoms, covers_phantoms });
 }

@@ -46,7 +46,6 @@ struct Arriving {
 /// Twins of the constants in `bounce/mod.rs`.
 const IS_VIRTUAL: u32 = 1u;
 const IS_VISIBLE: u32 = 2u;
-const IS_CASTER: u32 = 4u;
 const PHANTOM_SHIFT: u32 = 8u;
 const MAX_PHANTOMS: u32 = 64u;
 const THREADS: u32 = 64u;
@@ -169,8 +168,7 @@ fn send(@builtin(global_invocation_id) id: vec3u) {
     }
     let surfel = surfels[id.x];
     let radiance = radiance_of(id.x);
-    let real = select(vec3f(0.0), radiance[1], (surfel.flags & IS_CASTER) != 0u);
-    let packed = pack_radiance(SurfelRadiance(radiance[0], radiance[0] - radiance[1], real));
+    let packed = pack_radiance(SurfelRadiance(radiance[0], radiance[0] - radiance[1], radiance[1]));
     lit.surfels[id.x] = LitSurfel(
         surfel.pos_world, surfel.area, surfel.normal, packed[4], vec4u(packed[0], packed[1], packed[2], packed[3]),
     );
