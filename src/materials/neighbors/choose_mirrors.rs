@@ -62,7 +62,7 @@ impl Mirrors<'_, '_> {
             let is_in = |probe: &GlobalTransform| {
                 probe.affine().inverse().transform_point3(bounds.center).abs().max_element() <= 0.5
             };
-            (!self.game_probes.iter().any(is_in)).then_some((entity, bounds))
+            (bounds.is_compact() && !self.game_probes.iter().any(is_in)).then_some((entity, bounds))
         })
     }
 }

@@ -4,7 +4,8 @@ use bevy::{camera::primitives::Aabb, math::Affine3A, prelude::*, render::render_
 
 /// Minimum fraction of perpendicular light that a mirror reflects. Plastic has 0.04.
 const MIN_REFLECTANCE: f32 = 0.1;
-/// Perceptual roughness from which on neighbors are no more than a change of brightness.
+/// Perceptual roughness from which on neighbors are no more than a change of brightness. Both have twins in
+/// `near_reflections.wgsl`.
 const MAX_ROUGHNESS: f32 = 0.6;
 
 /// Whether a surface shows its neighbors, and is not seen from within. Textures can only make it rougher and darker.
@@ -21,6 +22,10 @@ pub(super) fn is_mirror(material: &StandardMaterial) -> bool {
         && material.perceptual_roughness < MAX_ROUGHNESS
 }
 
+/// Minimum of the smallest extent ÷ the largest one. What a cube shows from the middle of a ring or a plate is not what
+/// these reflect.
+const MIN_COMPACTNESS: f32 = 0.3;
+
 /// Bounds of a mirror in world space, in meters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MirrorBounds {
@@ -35,6 +40,11 @@ impl MirrorBounds {
             center: world_from_mesh.transform_point3a(aabb.center).into(),
             half_extents: (axes.abs() * aabb.half_extents).into(),
         }
+    }
+
+    /// Whether what is around the center is what the mesh reflects.
+    pub(super) fn is_compact(&self) -> bool {
+        self.half_extents.min_element() >= MIN_COMPACTNESS * self.half_extents.max_element()
     }
 
     /// Distance of the near plane of the faces: within the mesh, also if that is thin.
@@ -63,6 +73,14 @@ mod tests {
         let plastic = StandardMaterial { perceptual_roughness: 0.1, ..default() };
         assert!(!is_mirror(&plastic));
         assert!(is_mirror(&StandardMaterial { reflectance: 0.9, ..plastic }), "a gem");
+    }
+
+    #[test]
+    fn rings_plates_and_poles_show_the_room() {
+        let bounds = |half_extents: Vec3| MirrorBounds { center: Vec3::ZERO, half_extents };
+        assert!(bounds(Vec3::new(0.1, 0.05, 0.08)).is_compact());
+        assert!(!bounds(Vec3::new(0.1, 0.01, 0.1)).is_compact());
+        assert!(!bounds(Vec3::new(0.02, 0.3, 0.02)).is_compact());
     }
 
     #[test]

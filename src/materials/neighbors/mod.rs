@@ -28,10 +28,10 @@
 //!
 //! # Limits
 //! Only surfaces of [`SurfaceStyle::ImageBased`](super::SurfaceStyle::ImageBased) in scenes with a
-//! [`ShadowDomeLight`](crate::shadows::ShadowDomeLight) do it, for opaque things seen from outside. Clear coats and
-//! anisotropic metals mirror the room. Real mirrors do not reflect virtual objects. What hides behind a real thing from
-//! the camera is covered with the picture of that thing. Other objects within the bounds of a mirror reflect its cube
-//! too.
+//! [`ShadowDomeLight`](crate::shadows::ShadowDomeLight) do it, for opaque things seen from outside that are
+//! about as wide as high. Rings, plates, poles, clear coats and anisotropic metals mirror the room. Real mirrors do not
+//! reflect virtual objects. What hides behind a real thing from the camera is covered with the picture of that thing.
+//! Other mirrors within the bounds of one reflect its cube too.
 
 mod choose_mirrors;
 mod mirror_bounds;

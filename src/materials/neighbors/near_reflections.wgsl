@@ -14,6 +14,10 @@
 #import bevy_pbr::environment_map::{compute_radiances, radiance_sample_direction}
 #endif
 
+/// Minimum fraction of perpendicular light that a mirror reflects, and the perceptual roughness from which on a surface
+/// is none. Twins of the constants in `mirror_bounds.rs`: what lies within the bounds of a mirror need not be one.
+const MIN_REFLECTANCE: f32 = 0.1;
+const MAX_ROUGHNESS: f32 = 0.6;
 /// Fraction of perpendicular light below which no real material reflects; the engine fades reflections out there.
 const FADING: f32 = 50.0 * 0.33;
 
@@ -23,7 +27,7 @@ fn near_reflection(surface: PbrInput, occlusion: f32) -> vec3f {
 #ifndef SCREEN_SPACE_REFLECTIONS
 #ifndef STANDARD_MATERIAL_ANISOTROPY
     let mirror = mirror_at(surface.world_position.xyz);
-    if mirror < neighbors.count {
+    if mirror < neighbors.count && is_mirror(surface) {
         return difference(surface, mirror, occlusion);
     }
 #endif
@@ -33,6 +37,12 @@ fn near_reflection(surface: PbrInput, occlusion: f32) -> vec3f {
 }
 
 #ifdef ENVIRONMENT_MAP
+fn is_mirror(surface: PbrInput) -> bool {
+    let material = surface.material;
+    let F0 = calculate_F0(material.base_color.rgb, material.metallic, material.reflectance);
+    return max(F0.r, max(F0.g, F0.b)) >= MIN_REFLECTANCE && material.perceptual_roughness < MAX_ROUGHNESS;
+}
+
 fn difference(surface: PbrInput, mirror: u32, occlusion: f32) -> vec3f {
     var layer: LayerLightingInput;
     layer.N = surface.N;
