@@ -70,7 +70,7 @@ fn what_is_despawned_and_spawned_again_looks_as_before() {
     });
     desk.app.world_mut().despawn(desk.dome);
     check("dome", &mut desk, &before, |desk| {
-        desk.dome = desk.app.world_mut().spawn(ShadowDomeLight::default()).id();
+        desk.dome = desk.app.world_mut().spawn(ShadowDomeLight { surfels: 0, ..default() }).id();
     });
     desk.app.world_mut().despawn(desk.probe);
     check("ball", &mut desk, &before, |desk| {
@@ -110,7 +110,7 @@ fn a_whole_scene_that_a_state_leaves_and_enters_again_looks_as_before() {
             desk.plane = desk.add(sheet, Vec3::ZERO, PhantomObject { casts: false, ..default() });
             desk.add_virtual(Cuboid::from_length(0.06), PLACE);
             let world = desk.app.world_mut();
-            desk.dome = world.spawn(ShadowDomeLight::default()).id();
+            desk.dome = world.spawn(ShadowDomeLight { surfels: 0, ..default() }).id();
             desk.probe = world.spawn(ball()).id();
             desk.camera = world.spawn((ArCamera::new(INTRINSICS), pose(), feed(), target, Msaa::Off)).id();
         });

@@ -38,7 +38,6 @@ mod mirror_bounds;
 #[cfg(test)]
 mod near_reflections;
 mod neighbor_cubes;
-
 mod neighbor_probe;
 mod pack_pass;
 mod schedule_faces;

@@ -17,6 +17,8 @@
 
 const VIRTUAL_CASTERS: u32 = 0u;
 const PHANTOM_CASTERS: u32 = 1u;
+/// Number of the bit of `scene_flags` for lamps of the engine. The bits below are for the kinds of casters.
+const LAMPS: u32 = 2u;
 /// Offset of a surface in texels against shadows on itself, to which the radius of the filter is added.
 const SELF_SHADOW_OFFSET: f32 = 1.5;
 /// Maximum change of depth per width of a tile, for surfaces that are nearly parallel to the light.
@@ -81,6 +83,10 @@ fn lit_point(index: u32, pos_world: vec3f, may_be_near: bool) -> LitPoint {
 
 fn has_casters(kind: u32) -> bool {
     return (dome.scene_flags & (1u << kind)) != 0u;
+}
+
+fn has_lamps() -> bool {
+    return has_casters(LAMPS);
 }
 
 /// Kinds of casters that are in the atlas: a range, so that a loop over it leaves out the lookups of absent kinds. A

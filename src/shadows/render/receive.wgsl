@@ -11,8 +11,9 @@
 #import bevy_mirrorball::shadows::render::samples::{
     PHANTOM_BITS, VIRTUAL_BITS, VisibilitySample, first_sample, kind_of, surface_similarity, unpack_normal,
 }
+#import bevy_mirrorball::shadows::render::maps::has_lamps
 #import bevy_mirrorball::shadows::render::visibility::{
-    has_lamps, luminance_fraction, phantom_visibility, real_visibility, virtual_visibility,
+    luminance_fraction, phantom_visibility, real_visibility, virtual_visibility,
 }
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS

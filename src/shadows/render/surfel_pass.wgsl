@@ -1,5 +1,5 @@
-// Surfels → the light that they send: first the light of the dome that arrives at them, then the albedo of each phantom,
-// from what the camera sees of it, then their radiance. Once more with the light that they send to each other.
+// Surfels → the light that they send: first the light of the dome that arrives at them, then the albedo of each
+// phantom, from what the camera sees of it, then their radiance. Once more with the light that they send to each other.
 //
 // Definitions: those of maps.wgsl and visibility.wgsl.
 

@@ -13,8 +13,6 @@
     has_casters, key_is_blocked, key_visibility, light_at, lit_point, visibility,
 }
 
-/// Number of the bit of `scene_flags` for lamps of the engine. The bits below are for the kinds of casters.
-const LAMPS: u32 = 2u;
 /// Minimum light past phantoms, as a fraction of that of the open sky. Where less is left, the frame stays unchanged.
 const MIN_LIGHT_FRACTION: f32 = 1e-4;
 /// Minimum visibility that counts as full, to hide the rounding of the hardware's filter.
@@ -286,10 +284,6 @@ fn sky_light(pos_world: vec3f, normal: vec3f, is_real: bool) -> LightSums {
 fn virtual_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     let total = sky_light(pos_world, normal, false);
     return surface_factor(with_bounced_light(total, pos_world, normal, false, ALL_RANKS));
-}
-
-fn has_lamps() -> bool {
-    return has_casters(LAMPS);
 }
 
 /// Luminance of a fraction of light per channel, at least 0.001.

@@ -7,10 +7,11 @@
 
 #import bevy_mirrorball::luminance::luminance
 #import bevy_mirrorball::shadows::render::bindings::dome
+#import bevy_mirrorball::shadows::render::maps::has_lamps
 #import bevy_mirrorball::shadows::render::samples::{kind_of, surface_similarity, unpack_normal}
 #import bevy_mirrorball::shadows::render::visibility::{
     Light, LightSums, RankSubset, accumulate_phantom, accumulate_phantom_keys, accumulate_surface,
-    accumulate_surface_keys, add_sums, has_lamps, hidden_radiance_at, incoming_key_light, incoming_light,
+    accumulate_surface_keys, add_sums, hidden_radiance_at, incoming_key_light, incoming_light,
     is_key, luminance_fraction, phantom_factor, phantom_term, surface_factor, surface_term, with_bounced_light,
 }
 #ifdef CACHED

@@ -110,7 +110,7 @@ fn a_dome_shadow_drops_the_band() {
     world.spawn((ArCamera::new(intrinsics), CameraFeed::pixels(gray), above, target, Msaa::Off));
     let sky = UniformSky { radiance: Some(Vec3::splat(SKY)) };
     world.spawn((LightProbeSphere { radius: 0.1, ..default() }, sky, Transform::from_xyz(0.3, 0.05, 0.3)));
-    world.spawn(ShadowDomeLight::default());
+    world.spawn(ShadowDomeLight { surfels: 0, ..default() });
     studio.add(Plane3d::default().mesh().size(2.0, 2.0).build(), Color::WHITE, toon(3));
     let wall = Cuboid::new(0.02, WALL, 4.0).mesh().build();
     let wall = wall.translated_by(Vec3::new(-0.31, 0.5 * WALL, 0.0));
