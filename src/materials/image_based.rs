@@ -24,6 +24,15 @@ pub type ImageBasedMaterial = ExtendedMaterial<StandardMaterial, DomeShadowed>;
 pub struct DomeShadowed {
     dome: DomeBindings,
     neighbors: NeighborBindings,
+    has_mirrors: bool,
+}
+
+/// Permutation of the shader.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct ImageBasedKey {
+    dome: DomeShader,
+    /// Whether there are cubes for mirrors. Without, the shader has no code for them.
+    has_mirrors: bool,
 }
 
 /// Binding of the cubes of all mirrors, as `neighbor_cubes.wgsl` declares it.
@@ -33,11 +42,11 @@ struct NeighborBindings {
     cubes: Handle<ShaderBuffer>,
 }
 
-bind_fields!(DomeShadowed, DomeShader, dome: DomeBindings, neighbors: NeighborBindings);
+bind_fields!(DomeShadowed, ImageBasedKey, dome: DomeBindings, neighbors: NeighborBindings);
 
-impl From<&DomeShadowed> for DomeShader {
+impl From<&DomeShadowed> for ImageBasedKey {
     fn from(extension: &DomeShadowed) -> Self {
-        extension.dome.shader
+        Self { dome: extension.dome.shader, has_mirrors: extension.has_mirrors }
     }
 }
 
@@ -52,7 +61,11 @@ impl MaterialExtension for DomeShadowed {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        define_dome(descriptor, key.bind_group_data, key.mesh_key);
+        let ImageBasedKey { dome, has_mirrors } = key.bind_group_data;
+        define_dome(descriptor, dome, key.mesh_key);
+        if let Some(fragment) = descriptor.fragment.as_mut().filter(|_| has_mirrors) {
+            fragment.shader_defs.push("NEIGHBORS".into());
+        }
         Ok(())
     }
 }
@@ -65,6 +78,10 @@ impl StyleExtension for DomeShadowed {
     }
 
     fn new((): (), textures: &DomeTextures, neighbors: &NeighborCubes) -> Self {
-        Self { dome: textures.into(), neighbors: NeighborBindings { cubes: neighbors.buffer.clone() } }
+        Self {
+            dome: textures.into(),
+            neighbors: NeighborBindings { cubes: neighbors.buffer.clone() },
+            has_mirrors: neighbors.has_mirrors(),
+        }
     }
 }

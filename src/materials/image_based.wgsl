@@ -1,5 +1,6 @@
 // StandardMaterial with dome shadows: the unshadowed fraction of the environment's light scales the diffuse term, and
-// an estimate of the unshadowed reflection scales the specular term. Mirrors reflect their neighbors.
+// an estimate of the unshadowed reflection scales the specular term. With NEIGHBORS, mirrors reflect what is around
+// them.
 
 #import bevy_pbr::{
     forward_io::{FragmentOutput, VertexOutput},
@@ -8,8 +9,10 @@
     pbr_types::STANDARD_MATERIAL_FLAGS_UNLIT_BIT,
 }
 #import bevy_mirrorball::materials::engine_features::{output_of, surface_of}
-#import bevy_mirrorball::materials::neighbors::near_reflections::near_reflection
 #import bevy_mirrorball::shadows::render::receive::{reflection_ratio, virtual_ratio}
+#ifdef NEIGHBORS
+#import bevy_mirrorball::materials::neighbors::near_reflections::near_reflection
+#endif
 
 @fragment
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> FragmentOutput {
@@ -23,7 +26,9 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
         pbr_input.specular_occlusion *=
             reflection_ratio(ratio, dot(pbr_input.N, pbr_input.V), pbr_input.material.perceptual_roughness);
         color = apply_pbr_lighting(pbr_input);
+#ifdef NEIGHBORS
         color = vec4f(max(color.rgb + near_reflection(pbr_input, near_occlusion), vec3f(0.0)), color.a);
+#endif
     }
     return output_of(pbr_input, color);
 }

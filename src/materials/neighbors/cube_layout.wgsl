@@ -20,5 +20,5 @@ fn level_start(edge: u32, level: u32) -> u32 {
 
 /// Level that holds perceptual roughness 1, whose faces have four texels along an edge.
 fn last_level(edge: u32) -> u32 {
-    return firstLeadingBit(edge) - 2u;
+    return firstLeadingBit(max(edge, 4u)) - 2u;
 }

@@ -75,6 +75,13 @@ pub(in crate::materials) struct NeighborCubes {
     fits: (u32, usize),
 }
 
+impl NeighborCubes {
+    /// Whether there is place for any mirror.
+    pub(in crate::materials) fn has_mirrors(&self) -> bool {
+        self.fits.1 > 0
+    }
+}
+
 impl FromWorld for NeighborCubes {
     fn from_world(world: &mut World) -> Self {
         Self { buffer: world.resource_mut::<Assets<ShaderBuffer>>().add(buffer_for(0, 0)), fits: (0, 0) }

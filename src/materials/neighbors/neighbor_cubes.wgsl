@@ -6,6 +6,9 @@
 #import bevy_mirrorball::environment_map::cubemap::place_of
 #import bevy_mirrorball::materials::neighbors::cube_layout::{last_level, level_start, padded_edge}
 
+/// Maximum number of mirrors. Twin of the constant in `neighbor_cubes.rs`.
+const MAX_MIRRORS: u32 = 8u;
+
 /// Mirror of `MirrorEntry` in `neighbor_cubes.rs`.
 struct MirrorEntry {
     /// Center of the cube, in world space.
@@ -21,7 +24,7 @@ struct MirrorEntry {
 struct NeighborCubes {
     /// Number of mirrors.
     count: u32,
-    mirrors: array<MirrorEntry, 8>,
+    mirrors: array<MirrorEntry, MAX_MIRRORS>,
     /// Radiance in frame buffer units, and reciprocal distance in 1/m: 16-bit floats.
     texels: array<vec2u>,
 }
@@ -57,8 +60,9 @@ fn mirror_at(pos_world: vec3f) -> u32 {
     return neighbors.count;
 }
 
+/// Texel at an index. Some drivers read it for surfaces that are no mirrors too, where the index means nothing.
 fn texel(index: u32) -> vec4f {
-    let stored = neighbors.texels[index];
+    let stored = neighbors.texels[min(index, arrayLength(&neighbors.texels) - 1u)];
     return vec4f(unpack2x16float(stored.x), unpack2x16float(stored.y));
 }
 
@@ -121,7 +125,7 @@ fn crossing(before: vec2f, after: vec2f) -> f32 {
 
 /// Radiance that a point of a mirror reflects from a direction in world space.
 fn near_radiance(index: u32, pos_world: vec3f, dir_world: vec3f, perceptual_roughness: f32) -> vec3f {
-    let mirror = neighbors.mirrors[index];
+    let mirror = neighbors.mirrors[min(index, MAX_MIRRORS - 1u)];
     // The frame of a cube is left-handed: its +z is the world's −Z.
     let cube_from_world = vec3f(1.0, 1.0, -1.0);
     let last = last_level(mirror.edge);

@@ -70,7 +70,8 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let multisampled = vec![FORWARD, TONEMAPPED, PREPASSED, &["KEY_LIGHTS", "SPOTS"] as &[&str]];
             let few = vec![FORWARD, TEXTURED, PREPASSED, &["SAMPLES_ONLY"] as &[&str]];
             let sorted = vec![FORWARD, TEXTURED, PREPASSED, SORTED, CROSSFADED];
-            forward.iter().cloned().chain(filtered).chain([multisampled, few, sorted]).collect()
+            let mirrors = vec![FORWARD, TEXTURED, PREPASSED, &["NEIGHBORS"] as &[&str]];
+            forward.iter().cloned().chain(filtered).chain([multisampled, few, sorted, mirrors]).collect()
         }
         Some("surfel_pass.wgsl") => {
             FILTERS.iter().flat_map(|filter| [vec![*filter], vec![*filter, &["KEY_LIGHTS", "SPOTS"]]]).collect()
