@@ -21,8 +21,7 @@ usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --
   --dump-environment FILE   write what lights the scene as an equirectangular picture (.hdr or .exr)
   --no-shadows              no dome shadows
   --no-bounce               no light that virtual and real things send to each other
-  --neighbors               mirrors show what is beside them, too
-  --no-neighbors            mirrors show the room only (default)
+  --no-neighbors            mirrors show the room only, without virtual and real things
   --uniform-sky             light the scene by a uniform white sky instead of the room, for comparison
   --evidence NAME           what tells how bright clipped lights are: desk (default), paper, or none to take them
                             for white
@@ -65,7 +64,7 @@ impl Options {
     fn parse(mut parser: lexopt::Parser) -> Result<Option<Self>, lexopt::Error> {
         let (mut frame, mut lens, mut scene, mut out) = (None, None, None, None);
         let (mut report, mut compare, mut dump_environment) = (None, None, None);
-        let (mut has_shadows, mut has_bounces, mut has_neighbors) = (true, true, false);
+        let (mut has_shadows, mut has_bounces, mut has_neighbors) = (true, true, true);
         let (mut has_uniform_sky, mut evidence) = (false, Some(ClipEvidence::Desk));
         while let Some(argument) = parser.next()? {
             match argument {
@@ -81,7 +80,6 @@ impl Options {
                 Long("dump-environment") => dump_environment = Some(PathBuf::from(parser.value()?)),
                 Long("no-shadows") => has_shadows = false,
                 Long("no-bounce") => has_bounces = false,
-                Long("neighbors") => has_neighbors = true,
                 Long("no-neighbors") => has_neighbors = false,
                 Long("uniform-sky") => has_uniform_sky = true,
                 Long("no-recovery") => evidence = None,

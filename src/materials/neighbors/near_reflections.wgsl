@@ -26,9 +26,15 @@ fn near_reflection(surface: PbrInput, occlusion: f32) -> vec3f {
 #ifdef ENVIRONMENT_MAP
 #ifndef SCREEN_SPACE_REFLECTIONS
 #ifndef STANDARD_MATERIAL_ANISOTROPY
+    let layer = base_layer(surface);
+    // Outside of the branch: SwiftShader indexes arrays of textures, as Bevy's light probes are in, by the first of four
+    // pixels even if that one takes no part and its index means nothing.
+    let room = room_radiance(surface, layer);
     let mirror = mirror_at(surface.world_position.xyz);
     if mirror < neighbors.count && is_mirror(surface) {
-        return difference(surface, mirror, occlusion);
+        let dir = radiance_sample_direction(layer.N, layer.R, layer.roughness);
+        let near = near_radiance(mirror, surface.world_position.xyz, dir, layer.perceptual_roughness);
+        return reflectance(surface, layer) * (near * occlusion - room * surface.specular_occlusion);
     }
 #endif
 #endif
@@ -43,21 +49,27 @@ fn is_mirror(surface: PbrInput) -> bool {
     return max(F0.r, max(F0.g, F0.b)) >= MIN_REFLECTANCE && material.perceptual_roughness < MAX_ROUGHNESS;
 }
 
-fn difference(surface: PbrInput, mirror: u32, occlusion: f32) -> vec3f {
+fn base_layer(surface: PbrInput) -> LayerLightingInput {
     var layer: LayerLightingInput;
     layer.N = surface.N;
     layer.R = reflect(-surface.V, surface.N);
     layer.NdotV = max(dot(surface.N, surface.V), 0.0001);
     layer.perceptual_roughness = surface.material.perceptual_roughness;
     layer.roughness = perceptualRoughnessToRoughness(layer.perceptual_roughness);
-    let pos_world = surface.world_position.xyz;
+    return layer;
+}
+
+/// Radiance that the engine has reflected, in frame buffer units.
+fn room_radiance(surface: PbrInput, layer: LayerLightingInput) -> vec3f {
     let view_z = (view.view_from_world * surface.world_position).z;
     let cluster = clustering::view_fragment_cluster_index(surface.frag_coord.xy, view_z, surface.is_orthographic);
     var ranges = clustering::unpack_clusterable_object_index_ranges(cluster);
-    let room = compute_radiances(layer, &ranges, pos_world, true).radiance * view.exposure;
-    let dir = radiance_sample_direction(layer.N, layer.R, layer.roughness);
-    let near = near_radiance(mirror, pos_world, dir, layer.perceptual_roughness);
-    // As in Bevy's environment_map.wgsl.
+    return compute_radiances(layer, &ranges, surface.world_position.xyz, true).radiance * view.exposure;
+}
+
+/// Fraction of the mean radiance around the reflected direction that a surface reflects, as in Bevy's
+/// environment_map.wgsl.
+fn reflectance(surface: PbrInput, layer: LayerLightingInput) -> vec3f {
     let material = surface.material;
     let F0 = calculate_F0(material.base_color.rgb, material.metallic, material.reflectance);
     let F_ab = F_AB(layer.perceptual_roughness, layer.NdotV);
@@ -67,6 +79,6 @@ fn difference(surface: PbrInput, mirror: u32, occlusion: f32) -> vec3f {
     let left = 1.0 - F_Schlick(0.04, 1.0, coat_cos) * material.clearcoat;
     reflected *= left * left;
 #endif
-    return reflected * (near * occlusion - room * surface.specular_occlusion);
+    return reflected;
 }
 #endif

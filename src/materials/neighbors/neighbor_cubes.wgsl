@@ -60,9 +60,8 @@ fn mirror_at(pos_world: vec3f) -> u32 {
     return neighbors.count;
 }
 
-/// Texel at an index. Some drivers read it for surfaces that are no mirrors too, where the index means nothing.
 fn texel(index: u32) -> vec4f {
-    let stored = neighbors.texels[min(index, arrayLength(&neighbors.texels) - 1u)];
+    let stored = neighbors.texels[index];
     return vec4f(unpack2x16float(stored.x), unpack2x16float(stored.y));
 }
 
@@ -125,7 +124,7 @@ fn crossing(before: vec2f, after: vec2f) -> f32 {
 
 /// Radiance that a point of a mirror reflects from a direction in world space.
 fn near_radiance(index: u32, pos_world: vec3f, dir_world: vec3f, perceptual_roughness: f32) -> vec3f {
-    let mirror = neighbors.mirrors[min(index, MAX_MIRRORS - 1u)];
+    let mirror = neighbors.mirrors[index];
     // The frame of a cube is left-handed: its +z is the world's −Z.
     let cube_from_world = vec3f(1.0, 1.0, -1.0);
     let last = last_level(mirror.edge);
