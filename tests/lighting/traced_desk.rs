@@ -96,6 +96,8 @@ pub(crate) struct TracedDesk<'a> {
     pub target: Vec3,
     /// Radiance of the paper in the picture, its brightest channel, camera units.
     pub paper: f32,
+    /// Fraction of light that the marker's black square reflects.
+    pub ink: f32,
     pub size: UVec2,
 }
 
@@ -115,6 +117,7 @@ impl<'a> TracedDesk<'a> {
             eye: Vec3::new(-0.05, 0.36, -0.42),
             target: Vec3::new(0.15, 0.02, 0.02),
             paper: 0.7,
+            ink: 0.04,
             size: UVec2::new(480, 270),
         }
     }
@@ -222,8 +225,11 @@ impl<'a> TracedDesk<'a> {
                 return self.seen(self.eye, ray, far_desk);
             }
             let point = self.eye - ray * (self.eye.y / ray.y);
-            let is_paper = point.x.abs().max(point.z.abs()) < 0.0625;
-            let reflectance = if is_paper { PAPER_REFLECTANCE } else { DESK_REFLECTANCE };
+            let reflectance = match point.x.abs().max(point.z.abs()) {
+                ..0.05 => self.ink,
+                0.05..0.0625 => PAPER_REFLECTANCE,
+                _ => DESK_REFLECTANCE,
+            };
             (open + self.lamp_irradiance(point, Vec3::Y)) * (reflectance / PI)
         };
         let rgba = (0..size.x * size.y).flat_map(|i| {

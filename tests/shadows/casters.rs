@@ -22,9 +22,14 @@ const BOX: Vec3 = Vec3::new(0.05, 0.06, 0.05);
 const REST: Vec3 = Vec3::new(-0.05, 0.03, 0.0);
 const MOVED: Vec3 = Vec3::new(0.08, 0.05, -0.06);
 
+/// Bounced light too comes from where a mesh has been taken.
+fn desk() -> Option<Desk> {
+    Desk::new().map(Desk::with_bounces)
+}
+
 /// What the desk looks like with a plain box at a place.
 fn plain(place: Vec3) -> Option<Shot> {
-    let mut desk = Desk::new()?;
+    let mut desk = desk()?;
     desk.add_virtual(Cuboid::from_size(BOX), place);
     Some(desk.shoot())
 }
@@ -37,7 +42,7 @@ fn check(name: &str, shot: &Shot, rest: &Shot, moved: &Shot) {
 
 #[test]
 fn a_skinned_mesh_casts_where_its_joints_have_taken_it() {
-    let (Some(rest), Some(moved), Some(mut desk)) = (plain(REST), plain(MOVED), Desk::new()) else { return };
+    let (Some(rest), Some(moved), Some(mut desk)) = (plain(REST), plain(MOVED), desk()) else { return };
     let mut mesh = Mesh::from(Cuboid::from_size(BOX));
     let count = mesh.count_vertices();
     mesh.insert_attribute(Mesh::ATTRIBUTE_JOINT_INDEX, VertexAttributeValues::Uint16x4(vec![[1, 0, 0, 0]; count]));
@@ -60,7 +65,7 @@ fn a_skinned_mesh_casts_where_its_joints_have_taken_it() {
 
 #[test]
 fn a_morphed_mesh_casts_as_it_is_seen() {
-    let (Some(rest), Some(moved), Some(mut desk)) = (plain(REST), plain(MOVED), Desk::new()) else { return };
+    let (Some(rest), Some(moved), Some(mut desk)) = (plain(REST), plain(MOVED), desk()) else { return };
     // Another morphed mesh before it, so that its displacements do not come first in the buffer.
     for (place, shift, weight) in [(REST, MOVED - REST, 1.0), (REST, 2.0 * (MOVED - REST), 0.5)] {
         let mut mesh = Mesh::from(Cuboid::from_size(BOX));
@@ -91,7 +96,7 @@ fn a_cut_out_sheet_casts_the_shadow_of_what_is_left() {
     let place = Vec3::new(0.0, 0.06, 0.0);
     let sheet = |width: f32| Plane3d::default().mesh().size(width, 0.1).build();
     let shot = |width: f32, x: f32, mask: bool| {
-        let mut desk = Desk::new()?;
+        let mut desk = desk()?;
         let texture = desk.app.world_mut().resource_mut::<Assets<Image>>().add(half_opaque());
         let material = StandardMaterial {
             base_color_texture: mask.then_some(texture),
@@ -145,7 +150,7 @@ fn shadow_maps_are_drawn_when_something_moves_and_only_then() {
 
 #[test]
 fn what_moves_step_by_step_leaves_no_old_shadows() {
-    let (Some(there), Some(mut desk)) = (plain(MOVED), Desk::new()) else { return };
+    let (Some(there), Some(mut desk)) = (plain(MOVED), desk()) else { return };
     let thing = desk.add_virtual(Cuboid::from_size(BOX), REST);
     desk.shoot();
     for step in 1..=10 {

@@ -47,6 +47,12 @@ impl Desk {
         Some(desk)
     }
 
+    /// The same with bounced light.
+    pub(crate) fn with_bounces(mut self) -> Self {
+        self.app.world_mut().entity_mut(self.dome).insert(ShadowDomeLight::default());
+        self
+    }
+
     /// Without ball and dome: their entities are empty.
     pub(crate) fn in_unknown_room(rgba: Vec<u8>) -> Option<Self> {
         Self::without_light(drawing::app()?, rgba)

@@ -14,7 +14,7 @@ use bevy_mirrorball::{camera::FramePixels, headless, prelude::*, shadows::Visibi
 /// Largest step between neighboring pixels of a white ball under an even sky, inside of its outline.
 const MAX_JUMP: u8 = 20;
 /// Largest difference from what is computed in each fragment.
-const MAX_DIFFERENCE: u8 = 4;
+const MAX_DIFFERENCE: u8 = 3;
 const GRAY: u8 = 150;
 const BALL_RADIUS: f32 = 0.05;
 /// Across the picture, in pixels.

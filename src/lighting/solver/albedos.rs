@@ -1,10 +1,11 @@
 //! Unknown albedos: one or two classes per phantom, separated by brightness under the light of the current round.
 
 use super::{
-    equations::{GRAY, Problem},
+    equations::{Equation, GRAY, Problem},
     sample_points::Surface,
 };
 use crate::median::median_by;
+use glam::Vec3;
 
 impl Problem<'_> {
     /// Inverse albedo of each class in a channel: the median over its points.
@@ -24,13 +25,24 @@ impl Problem<'_> {
             .collect()
     }
 
+    fn log_albedo(&self, e: &Equation, channel: usize, x: &[f64]) -> f64 {
+        (e.exitance[channel].max(1e-6) / self.irradiance(e, channel, x).max(1e-6)).ln()
+    }
+
+    /// By how much the color of two groups of points differs in a channel, beside their brightness.
+    fn tint_contrast(&self, a: &[&Equation], b: &[&Equation], channel: usize, x: &[f64]) -> f64 {
+        let tint = |points: &[&Equation]| {
+            let tint = |e: &&Equation| self.log_albedo(e, channel, x) - self.log_albedo(e, GRAY, x);
+            let mut tints: Vec<f64> = points.iter().map(tint).collect();
+            tints.retain(|tint| tint.is_finite());
+            median_by(&mut tints, f64::total_cmp).unwrap_or(0.0)
+        };
+        (tint(a) - tint(b)).abs()
+    }
+
     /// Assigns points to albedo classes and returns the inverse albedos of the classes.
-    pub(super) fn classify(&mut self, x: &[f64]) -> Vec<f64> {
-        let logs: Vec<f64> = self
-            .equations
-            .iter()
-            .map(|e| (e.exitance[GRAY].max(1e-6) / self.irradiance(e, GRAY, x).max(1e-6)).ln())
-            .collect();
+    pub(super) fn classify(&mut self, x: &[f64], evidence: AlbedoEvidence) -> Vec<f64> {
+        let logs: Vec<f64> = self.equations.iter().map(|e| self.log_albedo(e, GRAY, x)).collect();
         let mut phantoms: Vec<usize> = self
             .equations
             .iter()
@@ -55,7 +67,13 @@ impl Problem<'_> {
                 }
                 continue;
             }
-            let threshold = albedo_threshold(&members.iter().map(|&i| logs[i]).collect::<Vec<_>>());
+            let threshold = albedo_threshold(&members.iter().map(|&i| logs[i]).collect::<Vec<_>>()).filter(|limit| {
+                let (bright, dark): (Vec<&Equation>, Vec<&Equation>) =
+                    members.iter().map(|&i| &self.equations[i]).partition(|e| self.log_albedo(e, GRAY, x) > *limit);
+                evidence == AlbedoEvidence::Brightness
+                    || !face_different_ways(&bright, &dark)
+                    || (0..3).any(|channel| self.tint_contrast(&bright, &dark, channel, x) > MIN_TINT_CONTRAST)
+            });
             for i in members {
                 let albedo_class = threshold.map_or(0, |limit| usize::from(logs[i] > limit));
                 self.equations[i].albedo_class = Some(classes + albedo_class);
@@ -64,6 +82,26 @@ impl Problem<'_> {
         }
         self.albedos(GRAY, x)
     }
+}
+
+/// What tells that faces of a phantom which look different ways have different albedos, and not different light.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum AlbedoEvidence {
+    /// Their colors. As long as the light is not known, it may as well be the light that makes a face brighter.
+    Color,
+    /// Their brightness, under light that explains everything else.
+    Brightness,
+}
+
+/// Smallest distance between the mean normals of two groups of points that face different ways.
+const MIN_NORMAL_DISTANCE: f32 = 0.5;
+/// Smallest difference of the logarithmic albedo in a channel and that of all channels between faces of different color.
+const MIN_TINT_CONTRAST: f64 = 0.2;
+
+fn face_different_ways(a: &[&Equation], b: &[&Equation]) -> bool {
+    let mean =
+        |points: &[&Equation]| points.iter().map(|e| e.point.normal_world).sum::<Vec3>() / points.len().max(1) as f32;
+    mean(a).distance(mean(b)) > MIN_NORMAL_DISTANCE
 }
 
 /// Fewest points in view for a phantom to be used.

@@ -6,7 +6,7 @@ use super::{
     light_transport::LightTransport,
     radiance_cells::RadianceCell,
     regions::{Region, profiles, shape_profile},
-    sample_points::{SamplePoint, Surface, sample_radiance},
+    sample_points::{SamplePoint, Surface, ink_places, sample_radiance},
     small_light::SmallLight,
 };
 use glam::{Vec2, Vec3};
@@ -55,6 +55,8 @@ pub(super) struct GainReading {
     pub is_bound: [bool; 4],
 }
 
+/// Fewest places on a marker's ink whose color is trusted.
+const MIN_INK_POINTS: usize = 8;
 /// Index of gray, the mean of the channels.
 pub(super) const GRAY: usize = 3;
 /// Exponent of the default profile of a lamp's extra light: power of the distance to the edge of what is clipped. Lamps
@@ -115,6 +117,7 @@ impl<'a> Problem<'a> {
                 albedo_class: None,
             });
         }
+        unclip_paper(desk, &mut equations);
         let limits = regions.iter().map(|region| mean_limit(region, sky)).collect();
         let readings = gain_readings(readings, sky, regions);
         Self {
@@ -169,6 +172,37 @@ impl<'a> Problem<'a> {
             }
         }
         if theirs > 0.0 { (ours / theirs) as f32 } else { 1.0 }
+    }
+}
+
+/// Completes channels in which the camera clips most of the paper, from the marker's ink: it is as gray as the paper.
+fn unclip_paper(desk: &DeskFrame, equations: &mut [Equation]) {
+    let radiance = |place: Vec3| {
+        let pixel = desk.intrinsics.project(desk.camera_from_world.transform_point3(place))?;
+        sample_radiance(&desk.frame, pixel)
+    };
+    let mut ink: Vec<Vec3> = desk.papers.iter().flat_map(ink_places).filter_map(radiance).collect();
+    let mut paper: Vec<&mut Equation> = equations.iter_mut().filter(|e| e.point.surface == Surface::Paper).collect();
+    let is_clipped: [bool; 3] =
+        std::array::from_fn(|c| 2 * paper.iter().filter(|e| !e.exitance[c].is_finite()).count() > paper.len());
+    if ink.len() < MIN_INK_POINTS || is_clipped == [false; 3] {
+        return;
+    }
+    let ink: [f64; 3] = std::array::from_fn(|c| {
+        let middle = ink.len() / 2;
+        f64::from(ink.select_nth_unstable_by(middle, |a, b| a[c].total_cmp(&b[c])).1[c])
+    });
+    for equation in paper.iter_mut() {
+        // Paper ÷ ink, from the channels that show both.
+        let shown = (0..3).filter(|&c| !is_clipped[c] && equation.exitance[c].is_finite());
+        let (sum, count) = shown.fold((0.0, 0.0), |(sum, n), c| (sum + equation.exitance[c] / ink[c], n + 1.0));
+        if !(sum / count).is_finite() {
+            continue;
+        }
+        for c in (0..3).filter(|&c| is_clipped[c]) {
+            equation.exitance[c] = ink[c] * sum / count;
+        }
+        equation.exitance[GRAY] = equation.exitance[..3].iter().sum::<f64>() / 3.0;
     }
 }
 

@@ -5,6 +5,7 @@
 //! the prior of each channel.
 
 use super::{
+    albedos::AlbedoEvidence,
     equations::{Equation, GRAY, GainReading, Problem, with_gray},
     sample_points::Surface,
 };
@@ -35,7 +36,7 @@ const SMALL_LIGHT_PRIOR: f64 = 1e-6;
 /// Weight of the prior that adjacent regions have the same gain.
 const SMOOTHNESS_WEIGHT: f64 = 10.0;
 /// Weight of the prior that each light has the color of the light as a whole.
-const COLOR_PRIOR_WEIGHT: f64 = 20.0;
+const COLOR_PRIOR_WEIGHT: f64 = 4.0;
 /// Relative uncertainty of a reading from a darker view.
 const READING_UNCERTAINTY: f64 = 0.05;
 /// Weight of a reading, in points of the desk. It shows the lamp itself.
@@ -57,8 +58,9 @@ impl Problem<'_> {
             None => self.fit_channel(GRAY, &vec![0.0; regions], &inverse_albedos, &weights, None).0,
         };
         let mut equations = NormalEquations::new(0);
-        for _ in 0..MAX_ROUNDS {
-            inverse_albedos = self.classify(&x);
+        let mut evidence = AlbedoEvidence::Color;
+        for round in 0..MAX_ROUNDS {
+            inverse_albedos = self.classify(&x, evidence);
             weights = self.cauchy_weights(GRAY, &x, &inverse_albedos);
             let solved;
             (solved, equations) = self.fit_channel(GRAY, &x, &inverse_albedos, &weights, None);
@@ -67,8 +69,12 @@ impl Problem<'_> {
                 x.iter().zip(&solved).all(|(before, now)| (before - now).abs() < MAX_SETTLED_CHANGE * largest);
             x = solved[..regions].to_vec();
             inverse_albedos = solved[regions..].to_vec();
-            if is_settled {
-                break;
+            match evidence {
+                AlbedoEvidence::Color if is_settled || round + 1 == MAX_ROUNDS / 2 => {
+                    evidence = AlbedoEvidence::Brightness;
+                }
+                AlbedoEvidence::Brightness if is_settled => break,
+                _ => {}
             }
         }
         let open = self.open_irradiance(GRAY, &x);

@@ -26,6 +26,8 @@ pub struct SolverCache {
     small_light: SmallLightSearch,
 }
 
+/// Rounds in which each channel weights outliers down and solves the light.
+const CHANNEL_ROUNDS: usize = 6;
 /// Largest motion of the camera at which the visibility of the points is not traced again, meters.
 const MAX_CACHED_MOTION: f32 = 0.05;
 
@@ -150,7 +152,7 @@ impl Problem<'_> {
             let prior: Vec<f64> = x.iter().map(|x| x * tint).collect();
             let mut solved = prior.clone();
             let mut albedos = self.albedos(channel, &solved);
-            for _ in 0..3 {
+            for _ in 0..CHANNEL_ROUNDS {
                 let weights = self.cauchy_weights(channel, &solved, &albedos);
                 let all = self.fit_channel(channel, &solved, &albedos, &weights, Some(&prior)).0;
                 solved = all[..regions].to_vec();

@@ -4,6 +4,7 @@
 mod desk_app;
 #[cfg(feature = "apriltag")]
 mod evidence;
+mod faces;
 mod known_rooms;
 #[cfg(feature = "apriltag")]
 mod moving_lamp;
@@ -13,7 +14,7 @@ mod traced;
 use bevy_mirrorball::camera::FramePixels;
 
 /// Maximum relative error of irradiance at tilted surfaces.
-const TILTED_TOLERANCE: f32 = 0.25;
+const TILTED_TOLERANCE: f32 = 0.18;
 /// Maximum error of the direction of a light, in degrees.
 const KEY_LIGHT_DEGREES: f32 = 3.0;
 /// Standard deviation of the noise of a camera, in steps of 8-bit sRGB.
