@@ -234,7 +234,7 @@ fn octaves(levels: [f64; OCTAVES]) -> [f64; OCTAVES] {
 mod tests {
     use super::*;
 
-    const SIZE: UVec2 = UVec2::new(320, 240);
+    const SIZE: UVec2 = UVec2::new(600, 320);
 
     /// White noise of variance 1.
     fn white(seed: u32) -> Vec<f64> {
@@ -252,8 +252,8 @@ mod tests {
 
     /// A scene in steps of the frame: patches of several brightnesses with a slope, and stripes in a part of it.
     fn scene(x: u32, y: u32) -> f64 {
-        let patch = f64::from(40 + 35 * ((x / 40) % 6)) + 0.05 * f64::from(y);
-        let texture = if y > 150 { 12.0 * f64::from(x + 2 * y).sin() } else { 0.0 };
+        let patch = f64::from(40 + 35 * ((x / 100) % 6)) + 0.03 * f64::from(y);
+        let texture = if y > 220 { 12.0 * f64::from(x + 2 * y).sin() } else { 0.0 };
         patch + texture
     }
 
