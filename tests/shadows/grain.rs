@@ -55,11 +55,17 @@ fn mosaic_noise(x: i64, y: i64, plane: i64) -> f64 {
     (0.5 * smooth + normal(x, y, 2 * plane + 1)) * 0.5_f64.sqrt()
 }
 
+/// Integral of the normal distribution up to a value (Abramowitz and Stegun 7.1.25, exact to 3e-5).
+fn normal_integral(value: f64) -> f64 {
+    let x = value.abs() / std::f64::consts::SQRT_2;
+    let t = 1.0 / (1.0 + 0.470_47 * x);
+    let upper = 0.5 * t * (0.348_024_2 + t * (-0.095_879_8 + t * 0.747_855_6)) * (-x * x).exp();
+    if value < 0.0 { upper } else { 1.0 - upper }
+}
+
 /// Part of an interval −half…half that a blurred point at a place sees.
 fn within(place: f64, half: f64) -> f64 {
-    // Logistic approximation of the normal distribution, exact to 1 %.
-    let below = |x: f64| 1.0 / (1.0 + (-1.702 * x / BLUR).exp());
-    below(half - place) - below(-half - place)
+    normal_integral((half - place) / BLUR) - normal_integral((-half - place) / BLUR)
 }
 
 fn encoded(linear: f64) -> f64 {
@@ -188,18 +194,38 @@ fn spectrum(picture: &[u8], start: UVec2, size: UVec2) -> [f64; 3] {
     power
 }
 
-/// Standard deviation of the blur of an edge that rows cross at `edge(row)`: √π ∫ E (1 − E), in linear light.
+/// Standard deviation of the Gaussian edge that fits best to an edge which rows cross near `edge(row)`, in linear light.
 fn width(picture: &[u8], rows: std::ops::Range<u32>, edge: impl Fn(f32) -> f32) -> f64 {
-    let green = |x: i32, y: u32| f64::from(srgb_to_linear(picture[4 * (y * SIZE.x + x as u32) as usize + 1]));
-    let middle = |y: u32| edge(y as f32 + 0.5) as i32;
-    let mean = |offset: i32| {
-        let columns = || rows.clone().flat_map(|y| (-6..6).map(move |dx| (middle(y) + offset + dx, y)));
-        columns().map(|(x, y)| green(x, y)).sum::<f64>() / columns().count() as f64
+    let mut samples = Vec::new();
+    for y in rows {
+        let crossing = edge(y as f32 + 0.5);
+        for x in crossing as u32 - 9..=crossing as u32 + 9 {
+            let value = f64::from(srgb_to_linear(picture[4 * (y * SIZE.x + x) as usize + 1]));
+            samples.push((f64::from(x as f32 + 0.5 - crossing), value));
+        }
+    }
+    let count = samples.len() as f64;
+    let mean = samples.iter().map(|(_, value)| value).sum::<f64>() / count;
+    // The fraction of the variance that an edge explains, with the best levels on both sides.
+    let explained = |shift: f64, width: f64| {
+        let edge = |place: f64| normal_integral((place - shift) / width);
+        let middle = samples.iter().map(|(place, _)| edge(*place)).sum::<f64>() / count;
+        let terms = samples.iter().map(|(place, value)| {
+            let (edge, value) = (edge(*place) - middle, value - mean);
+            DVec2::new(edge * value, edge * edge)
+        });
+        let sums = terms.sum::<DVec2>();
+        sums.x * sums.x / sums.y
     };
-    let (left, right) = (mean(-13), mean(13));
-    let part = |x: i32, y: u32| (green(x, y) - left) / (right - left);
-    let row = |y: u32| (-7..=7).map(|dx| part(middle(y) + dx, y)).map(|part| part * (1.0 - part)).sum::<f64>();
-    std::f64::consts::PI.sqrt() * rows.clone().map(row).sum::<f64>() / rows.len() as f64
+    let best = |choices: &mut dyn Iterator<Item = f64>, score: &dyn Fn(f64) -> f64| {
+        choices.max_by(|a, b| score(*a).total_cmp(&score(*b))).expect("there are choices")
+    };
+    let mut found = 1.0;
+    for _ in 0..3 {
+        let shift = best(&mut (-20..=20).map(|i| 0.05 * f64::from(i)), &|shift| explained(shift, found));
+        found = best(&mut (5..=150).map(|i| 0.02 * f64::from(i)), &|width| explained(shift, width));
+    }
+    found
 }
 
 fn assert_grain(extra: impl Bundle, name: &str) {

@@ -32,7 +32,12 @@ const FREEDOM: f64 = 17.0;
 const TEXTURED: f64 = 1.5;
 const TRIMMED_MEAN: f64 = 0.949;
 /// Largest ratio of the variances of neighboring steps of brightness: more is texture.
-const MAX_STEP: f64 = 2.0;
+const MAX_STEP: f64 = 1.4;
+/// Largest ratio of the variance of a coarser level, relative to the finest one, to the smallest such ratio of all steps
+/// of brightness: more is texture, which adds to coarse levels above all.
+const MAX_COARSENESS: f64 = 1.3;
+/// Blocks of one step of brightness from which that smallest ratio is taken.
+const MIN_SHAPE_BLOCKS: usize = 30;
 /// Variance of rounding to a step, which the output of the renderer has too.
 const ROUNDING: f64 = 1.0 / 12.0;
 /// Smallest variance that counts, in squared steps.
@@ -124,9 +129,12 @@ pub(super) fn measure_noise(frame: &FramePixels) -> Option<Variances> {
     for channel in 0..CHANNELS {
         let mut measured: Vec<[f64; BINS]> = Vec::new();
         for (octave, blocks) in bands.iter().enumerate() {
-            let band = band(blocks, channel, rounding(channel) / 4_f64.powi(octave as i32));
+            let mut band = band(blocks, channel, rounding(channel) / 4_f64.powi(octave as i32));
+            if let Some(finest) = measured.first() {
+                limit_coarseness(&mut band, finest);
+            }
             // Where a small frame has too few blocks, the noise is taken for white.
-            let band = band.or_else(|| measured.last().map(|finer| finer.map(|variance| 0.25 * variance)))?;
+            let band = filled(&band).or_else(|| measured.last().map(|finer| finer.map(|variance| 0.25 * variance)))?;
             measured.push(band);
         }
         for bin in 0..BINS {
@@ -142,38 +150,59 @@ fn rounding(channel: usize) -> f64 {
     ROUNDING * if channel < 3 { 1.0 } else { f64::from(LUMA_WEIGHTS.length_squared()) }
 }
 
-/// Variance of a channel by brightness, without that of rounding. `None` if no brightness has enough blocks.
-fn band(blocks: &[Block], channel: usize, rounding: f64) -> Option<[f64; BINS]> {
+/// Variance at a brightness, and the number of its own blocks if these were enough, else 0.
+type Bin = Option<(f64, usize)>;
+
+/// Variance of a channel by brightness, without that of rounding, where there are enough blocks.
+fn band(blocks: &[Block], channel: usize, rounding: f64) -> [Bin; BINS] {
     let width = 256.0 / BINS as f32;
-    let mut bins: [Option<f64>; BINS] = std::array::from_fn(|bin| {
+    let mut bins: [Bin; BINS] = std::array::from_fn(|bin| {
         let center = (bin as f32 + 0.5) * width;
         [(0.5, MIN_BLOCKS[0]), (1.5, MIN_BLOCKS[1])].into_iter().find_map(|(reach, min)| {
             let near = blocks.iter().filter(|block| (block.luma - center).abs() <= reach * width);
             let variances: Vec<f64> = near.map(|block| block.variances[channel]).collect();
-            (variances.len() >= min).then(|| (flat_variance(variances) - rounding).max(0.0))
+            let own = if reach < 1.0 { variances.len() } else { 0 };
+            (variances.len() >= min).then(|| ((flat_variance(variances) - rounding).max(0.0), own))
         })
     });
     for _ in 0..BINS {
         for bin in 0..BINS {
             let neighbors = [bin.checked_sub(1), Some(bin + 1)].into_iter().flatten();
-            let limit = neighbors.filter_map(|at| *bins.get(at)?).fold(f64::INFINITY, f64::min) * MAX_STEP;
-            bins[bin] = bins[bin].map(|variance| variance.min(limit.max(2.0 * rounding)));
+            let limit = neighbors.filter_map(|at| *bins.get(at)?).map(|(variance, _)| MAX_STEP * variance);
+            let limit = limit.fold(f64::INFINITY, f64::min).max(2.0 * rounding);
+            bins[bin] = bins[bin].map(|(variance, own)| (variance.min(limit), own));
         }
     }
-    let known: Vec<(usize, f64)> = bins.iter().enumerate().filter_map(|(bin, value)| Some((bin, (*value)?))).collect();
-    let between = |bin: usize| {
-        let next = known.iter().position(|(at, _)| *at >= bin);
-        Some(match next {
-            Some(0) => known[0].1,
-            None => known.last()?.1,
-            Some(next) => {
-                let ((low, a), (high, b)) = (known[next - 1], known[next]);
-                a + (b - a) * (bin - low) as f64 / (high - low) as f64
-            }
-        })
+    bins
+}
+
+/// Lowers variances of a coarser level whose ratio to the finest one is larger than noise has it elsewhere.
+fn limit_coarseness(bins: &mut [Bin; BINS], finest: &[f64; BINS]) {
+    let ratio = |(bin, finest): (&Bin, &f64)| {
+        let (variance, _) = bin.filter(|(_, own)| *own >= MIN_SHAPE_BLOCKS && *finest > MIN_VARIANCE)?;
+        Some(variance / finest)
     };
-    between(0)?;
-    Some(std::array::from_fn(|bin| between(bin).unwrap_or(0.0)))
+    let limit = MAX_COARSENESS * bins.iter().zip(finest).filter_map(ratio).fold(f64::INFINITY, f64::min);
+    if limit.is_finite() {
+        for (bin, finest) in bins.iter_mut().zip(finest) {
+            *bin = bin.map(|(variance, own)| (variance.min(limit * finest), own));
+        }
+    }
+}
+
+/// Variances with those between and beyond the known ones. `None` if none is known.
+fn filled(bins: &[Bin; BINS]) -> Option<[f64; BINS]> {
+    let known: Vec<(usize, f64)> =
+        bins.iter().enumerate().filter_map(|(bin, value)| Some((bin, (*value)?.0))).collect();
+    let ((_, first), (_, last)) = (known.first()?, known.last()?);
+    Some(std::array::from_fn(|bin| match known.iter().position(|(at, _)| *at >= bin) {
+        Some(0) => *first,
+        None => *last,
+        Some(next) => {
+            let ((low, a), (high, b)) = (known[next - 1], known[next]);
+            a + (b - a) * (bin - low) as f64 / (high - low) as f64
+        }
+    }))
 }
 
 /// Variance of noise in blocks of which some are without texture.
@@ -318,6 +347,17 @@ mod tests {
         let worst = found.iter().flatten().map(|variance| variance.max_element()).fold(0.0, f32::max);
         println!("largest deviation {} steps", worst.sqrt());
         assert!(worst.sqrt() < 0.3);
+    }
+
+    #[test]
+    fn what_one_brightness_has_more_of_in_coarse_levels_is_texture() {
+        let mut bins: [Bin; BINS] =
+            std::array::from_fn(|bin| Some((if bin == 9 { 6.0 } else { 1.0 }, MIN_SHAPE_BLOCKS)));
+        bins[3] = None;
+        limit_coarseness(&mut bins, &[2.0; BINS]);
+        assert_eq!((bins[9], bins[3]), (Some((MAX_COARSENESS, MIN_SHAPE_BLOCKS)), None));
+        assert_eq!(filled(&bins).map(|bins| bins[3]), Some(1.0));
+        assert_eq!(filled(&[None; BINS]), None);
     }
 
     #[test]
