@@ -125,24 +125,24 @@ pub(super) fn measure_noise(frame: &FramePixels) -> Option<Variances> {
         bands.push(level.blocks(stride));
         level = level.halved();
     }
-    let mut found = [[Vec4::ZERO; BINS]; OCTAVES];
-    for channel in 0..CHANNELS {
-        let mut measured: Vec<[f64; BINS]> = Vec::new();
-        for (octave, blocks) in bands.iter().enumerate() {
-            let mut band = band(blocks, channel, rounding(channel) / 4_f64.powi(octave as i32));
-            if let Some(finest) = measured.first() {
-                limit_coarseness(&mut band, finest);
-            }
-            // Where a small frame has too few blocks, the noise is taken for white.
-            let band = filled(&band).or_else(|| measured.last().map(|finer| finer.map(|variance| 0.25 * variance)))?;
-            measured.push(band);
+    let channels = (0..CHANNELS).map(|channel| channel_noise(&bands, channel)).collect::<Option<Vec<_>>>()?;
+    let at = |octave: usize, bin: usize| std::array::from_fn(|channel| channels[channel][bin][octave] as f32);
+    Some(std::array::from_fn(|octave| std::array::from_fn(|bin| Vec4::from_array(at(octave, bin)))))
+}
+
+/// Variances of a channel by brightness and octave, from the blocks of each level.
+fn channel_noise(levels: &[Vec<Block>], channel: usize) -> Option<[[f64; OCTAVES]; BINS]> {
+    let mut measured: Vec<[f64; BINS]> = Vec::new();
+    for (level, blocks) in levels.iter().enumerate() {
+        let mut band = band(blocks, channel, rounding(channel) / 4_f64.powi(level as i32));
+        if let Some(finest) = measured.first() {
+            limit_coarseness(&mut band, finest);
         }
-        for bin in 0..BINS {
-            let octaves = octaves(std::array::from_fn(|octave| measured[octave][bin]));
-            (0..OCTAVES).for_each(|octave| found[octave][bin][channel] = octaves[octave] as f32);
-        }
+        // Where a small frame has too few blocks, the noise is taken for white.
+        let band = filled(&band).or_else(|| measured.last().map(|finer| finer.map(|variance| 0.25 * variance)))?;
+        measured.push(band);
     }
-    Some(found)
+    Some(std::array::from_fn(|bin| octaves(std::array::from_fn(|level| measured[level][bin]))))
 }
 
 /// Variance of the rounding of a channel.
