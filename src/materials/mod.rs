@@ -43,9 +43,9 @@
 //! blends the two across the edge instead.
 //!
 //! # The camera's hand
-//! Real cameras are noisy and a little blurred. With [`CameraGrain`] on the camera, virtual things are as much of both as
-//! the frame is measured to be: noise by brightness, channel and spatial frequency, and edges as wide as those of the
-//! marker. Cameras with a running webcam get it by themselves.
+//! Real cameras are noisy and a little blurred. With [`CameraGrain`] on the camera, virtual things are as much of both
+//! as the frame is measured to be: noise by brightness, channel and spatial frequency, and edges as wide as those of
+//! the marker. Cameras with a running webcam get it by themselves.
 //!
 //! # Together with other effects
 //! What an [`ArCamera`](crate::camera::ArCamera) shows under the effects that games add. *Frame* means what the real

@@ -194,7 +194,8 @@ fn spectrum(picture: &[u8], start: UVec2, size: UVec2) -> [f64; 3] {
     power
 }
 
-/// Standard deviation of the Gaussian edge that fits best to an edge which rows cross near `edge(row)`, in linear light.
+/// Standard deviation of the Gaussian edge that fits best to an edge which rows cross near `edge(row)`, in linear
+/// light.
 fn width(picture: &[u8], rows: std::ops::Range<u32>, edge: impl Fn(f32) -> f32) -> f64 {
     let mut samples = Vec::new();
     for y in rows {

@@ -9,8 +9,8 @@ struct Grain {
     viewport: vec4i,
     /// Place in the tile of noise, by octave.
     offsets: array<vec4u, 3>,
-    /// By octave and brightness: standard deviations of red, green and blue, relative to white and sRGB-encoded, and the
-    /// square root of the fraction of their variances that they share.
+    /// By octave and brightness: standard deviations of red, green and blue, relative to white and sRGB-encoded, and
+    /// the square root of the fraction of their variances that they share.
     levels: array<vec4f, 48>,
     /// Weights of the blur by distance along an axis.
     weights: array<vec4f, 3>,

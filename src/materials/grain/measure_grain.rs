@@ -37,8 +37,8 @@ const NEWEST: f32 = 0.3;
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 pub struct GrainMeasurement {
-    /// Standard deviation of the blur of edges in the frame, in pixels of the frame, that of the pixels' own area (0.29)
-    /// included. `None` until a large, unclipped marker was seen.
+    /// Standard deviation of the blur of edges in the frame, in pixels of the frame, that of the pixels' own area,
+    /// 0.29, included. `None` until a large, unclipped marker was seen.
     pub edge_width: Option<f32>,
     /// By octave and brightness, in squared steps of the 8-bit sRGB frame: red, green, blue, luma.
     variances: Option<[[Vec4; BINS]; OCTAVES]>,
@@ -47,8 +47,8 @@ pub struct GrainMeasurement {
 }
 
 impl GrainMeasurement {
-    /// Standard deviation of the noise of red, green and blue, sRGB-encoded and relative to white, where the frame has a
-    /// brightness: luma of the encoded frame, 0…1 (clamped). Zero until it was measured.
+    /// Standard deviation of the noise of red, green and blue, sRGB-encoded and relative to white, where the frame has
+    /// a brightness: luma of the encoded frame, 0…1 (clamped). Zero until it was measured.
     pub fn noise(&self, brightness: f32) -> Vec3 {
         let place = (brightness * BINS as f32 - 0.5).clamp(0.0, (BINS - 1) as f32);
         let (bin, next) = (place as usize, (place as usize + 1).min(BINS - 1));

@@ -12,12 +12,12 @@
 //!   Until a marker is seen that is 30 pixels wide, virtual things stay sharp.
 //!
 //! # Rendering
-//! Where [`CameraGrain`] is, alpha tells real from virtual while the view is drawn, antialiased edges and transparent
+//! With [`CameraGrain`], alpha tells real from virtual while the view is drawn, antialiased edges and transparent
 //! things in part. One full-screen pass after tone mapping blurs virtual things by what their edges lack and adds noise
 //! to them; the frame itself is left alone, and keeps its bits wherever nothing virtual is within the blur. Blurred
 //! edges lie over the frame, so both edges of virtual things before real ones and those where a phantom hides them are
-//! as wide as edges in the frame. The pass reads (2r + 1)² pixels, with r about 2.5 standard deviations of the blur, and
-//! for virtual ones twelve texels of noise.
+//! as wide as edges in the frame. The pass reads (2r + 1)² pixels, with r about 2.5 standard deviations of the blur,
+//! and for virtual ones twelve texels of noise.
 //!
 //! # Limits
 //! Motion blur of the camera counts as width, alike in all directions. Vignetting, focus by distance and the blocks of

@@ -1,8 +1,9 @@
 //! Noise of a frame by brightness, channel and octave, from its flattest blocks.
 //!
 //! Each level of a pyramid of the frame is filtered with the mask that Immerkær 1996 measures noise with: it ignores
-//! brightness and slopes. In blocks of each brightness, the mean square of the result has a distribution whose lower end
-//! is that of blocks without texture (as the lower envelope of Liu et al. 2006); from there the variance is estimated.
+//! brightness and slopes. In blocks of each brightness, the mean square of the result has a distribution whose lower
+//! end is that of blocks without texture (as the lower envelope of Liu et al. 2006); from there the variance is
+//! estimated.
 
 use super::noise_tile::{OCTAVES, kernel};
 use crate::{camera::FramePixels, least_squares::NormalEquations};
@@ -33,8 +34,8 @@ const TEXTURED: f64 = 1.5;
 const TRIMMED_MEAN: f64 = 0.949;
 /// Largest ratio of the variances of neighboring steps of brightness: more is texture.
 const MAX_STEP: f64 = 1.4;
-/// Largest ratio of the variance of a coarser level, relative to the finest one, to the smallest such ratio of all steps
-/// of brightness: more is texture, which adds to coarse levels above all.
+/// Largest ratio of the variance of a coarser level, relative to the finest one, to the smallest such ratio of all
+/// steps of brightness: more is texture, which adds to coarse levels above all.
 const MAX_COARSENESS: f64 = 1.3;
 /// Blocks of one step of brightness from which that smallest ratio is taken.
 const MIN_SHAPE_BLOCKS: usize = 30;
@@ -220,8 +221,8 @@ fn flat_variance(mut variances: Vec<f64>) -> f64 {
     variance
 }
 
-/// Quantile of a χ² distribution of [`FREEDOM`], relative to its mean (Wilson and Hilferty 1931), for probabilities below
-/// a half, with the normal quantile of Abramowitz and Stegun 26.2.23.
+/// Quantile of a χ² distribution of [`FREEDOM`], relative to its mean (Wilson and Hilferty 1931), for probabilities
+/// below a half, with the normal quantile of Abramowitz and Stegun 26.2.23.
 fn chi_square_quantile(probability: f64) -> f64 {
     let t = (-2.0 * probability.ln()).sqrt();
     let normal =
