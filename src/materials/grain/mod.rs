@@ -4,7 +4,7 @@
 //! camera, and the same view, in which virtual things are blurred and noisy as the frame is.
 //!
 //! # Measurement
-//! Once a second of the frames' time, in the background ([`FeedPace::Lockstep`]: before the update goes on), 5 ms for
+//! Once a second of the frames' time, in the background (in lockstep before the update goes on), 5 ms for
 //! 640 × 480 pixels; the results are smoothed over a few measurements.
 //! - *Noise*: the standard deviation of red, green and blue, and how far they share it, by brightness and in three
 //!   octaves of spatial frequency, from the flattest blocks of the frame (Immerkær 1996, Liu et al. 2006).
@@ -21,7 +21,7 @@
 //!
 //! # Limits
 //! Motion blur of the camera counts as width, alike in all directions. Vignetting, focus by distance and the blocks of
-//! strong compression are not imitated. What shows through transparent things is blurred with them.
+//! strong compression are not imitated. Three octaves follow the spectrum of noise to about a fifth. What shows through transparent things is blurred with them.
 
 mod blur_kernel;
 mod edge_width;

@@ -265,6 +265,9 @@ mod tests {
     use super::*;
 
     const SIZE: UVec2 = UVec2::new(600, 320);
+    /// The three octaves show noise that is smooth over 2 × 2 pixels with 1.01, 0.83 and 1.08 of its deviation at the
+    /// three levels at best; beside that there is the error of measurement.
+    const MAX_LEVEL_ERROR: f64 = 0.25;
 
     /// White noise of variance 1.
     fn white(seed: u32) -> Vec<f64> {
@@ -333,7 +336,7 @@ mod tests {
                 let truth = 2.5 * (all.iter().map(|value| value * value).sum::<f64>() / 6.0);
                 let modeled = (0..OCTAVES).map(|octave| octaves[octave] * response(level, octave)).sum::<f64>().sqrt();
                 println!("{value}, level {level}: {truth} expected, {modeled} found");
-                assert!((modeled / truth - 1.0).abs() < 0.15);
+                assert!((modeled / truth - 1.0).abs() < MAX_LEVEL_ERROR);
             }
             let luma: f32 = found.iter().map(|octave| octave[bin(value)][3]).sum();
             println!("{value}: deviation {} of 2.5, luma {}", octaves.iter().sum::<f64>().sqrt(), luma.sqrt());
