@@ -21,7 +21,8 @@
 //!
 //! # Limits
 //! Motion blur of the camera counts as width, alike in all directions. Vignetting, focus by distance and the blocks of
-//! strong compression are not imitated. Three octaves follow the spectrum of noise to about a fifth. What shows through transparent things is blurred with them.
+//! strong compression are not imitated. Three octaves follow the spectrum of noise to about a fifth. What shows
+//! through transparent things is blurred with them.
 
 mod blur_kernel;
 mod edge_width;
