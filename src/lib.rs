@@ -59,7 +59,7 @@
 //! | | after all cameras | faces of scene probes ([`prefilter`]), images of maps ([`mod@debug`]) |
 //! | `Core3d`, per camera | after the prepass | motion of the background ([`camera`]), dome visibility ([`shadows`]) |
 //! | | in the main pass | the frame as background ([`camera`]); phantoms and styles draw with Bevy's meshes |
-//! | | early post-processing | soft edges of phantoms ([`materials`]) |
+//! | | post-processing | soft edges of phantoms, early, and grain, after tone mapping ([`materials`]) |
 //!
 //! # Events and conditions
 //!

@@ -11,7 +11,10 @@ pub use crate::{
         any_feed_lost,
     },
     lighting::{RealLight, RealLightAppeared, RealLightVanished},
-    materials::{NeighborReflections, NoNeighborReflections, ShowPhantoms, SoftPhantomEdges, SurfaceStyle, ToonStyle},
+    materials::{
+        CameraGrain, NeighborReflections, NoNeighborReflections, ShowPhantoms, SoftPhantomEdges, SurfaceStyle,
+        ToonStyle,
+    },
     phantom::PhantomObject,
     prefilter::{EnvironmentState, LiveEnvironment, Refresh},
     probe::{

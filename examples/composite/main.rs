@@ -66,6 +66,9 @@ fn composite(options: &Options) -> Outcome<()> {
     let camera = Camera { is_active: false, ..default() };
     let feed = CameraFeed::pixels(frame).with_pace(FeedPace::Lockstep);
     let camera = app.world_mut().spawn((ArCamera::new(intrinsics), camera, target, feed)).id();
+    if let Some(seed) = options.grain_seed {
+        app.world_mut().entity_mut(camera).insert(CameraGrain { seed, ..default() });
+    }
     steps.note("start_renderer", started.elapsed());
 
     let started = Instant::now();

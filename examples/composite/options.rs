@@ -23,6 +23,7 @@ usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --
   --no-bounce               no light that virtual and real things send to each other
   --no-neighbors            mirrors show the room only, without virtual and real things
   --uniform-sky             light the scene by a uniform white sky instead of the room, for comparison
+  --grain SEED              give virtual things the noise and the sharpness of the photograph; SEED is a whole number
   --evidence NAME           what tells how bright clipped lights are: desk (default), paper, or none to take them
                             for white
   --no-recovery             the same as --evidence none
@@ -46,6 +47,7 @@ pub(crate) struct Options {
     pub has_neighbors: bool,
     pub has_uniform_sky: bool,
     pub evidence: Option<ClipEvidence>,
+    pub grain_seed: Option<u32>,
 }
 
 impl Options {
@@ -65,7 +67,7 @@ impl Options {
         let (mut frame, mut lens, mut scene, mut out) = (None, None, None, None);
         let (mut report, mut compare, mut dump_environment) = (None, None, None);
         let (mut has_shadows, mut has_bounces, mut has_neighbors) = (true, true, true);
-        let (mut has_uniform_sky, mut evidence) = (false, Some(ClipEvidence::Desk));
+        let (mut has_uniform_sky, mut evidence, mut grain_seed) = (false, Some(ClipEvidence::Desk), None);
         while let Some(argument) = parser.next()? {
             match argument {
                 Long("frame") => frame = Some(PathBuf::from(parser.value()?)),
@@ -84,6 +86,7 @@ impl Options {
                 Long("uniform-sky") => has_uniform_sky = true,
                 Long("no-recovery") => evidence = None,
                 Long("evidence") => evidence = parser.value()?.parse_with(evidence_named)?,
+                Long("grain") => grain_seed = Some(parser.value()?.parse()?),
                 Long("help") | Short('h') => return Ok(None),
                 other => return Err(other.unexpected()),
             }
@@ -103,6 +106,7 @@ impl Options {
             has_neighbors,
             has_uniform_sky,
             evidence,
+            grain_seed,
         }))
     }
 }

@@ -21,6 +21,11 @@ use bevy::{
     },
 };
 
+/// Makes alpha tell real from virtual in the picture of an [`ArCamera`](super::ArCamera): it is 0 where the frame is
+/// shown, the fraction of the pixel that is virtual elsewhere. Whoever adds it has to set alpha to 1 in the end.
+#[derive(Component)]
+pub(crate) struct MarksReal;
+
 pub(super) fn build(app: &mut App) {
     // Programs that only measure have no assets.
     if app.world().contains_resource::<EmbeddedAssetRegistry>() {

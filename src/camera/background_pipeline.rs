@@ -5,9 +5,9 @@ use bevy::{
     core_pipeline::FullscreenShader,
     prelude::*,
     render::render_resource::{
-        BindGroupLayoutDescriptor, BindGroupLayoutEntries, ColorTargetState, ColorWrites, FragmentState,
-        MultisampleState, RenderPipelineDescriptor, SamplerBindingType, ShaderStages, ShaderType,
-        SpecializedRenderPipeline, TextureFormat, TextureSampleType, VertexState,
+        BindGroupLayoutDescriptor, BindGroupLayoutEntries, BlendComponent, BlendFactor, BlendState, ColorTargetState,
+        ColorWrites, FragmentState, MultisampleState, RenderPipelineDescriptor, SamplerBindingType, ShaderStages,
+        ShaderType, SpecializedRenderPipeline, TextureFormat, TextureSampleType, VertexState,
         binding_types::{sampler, texture_2d, uniform_buffer},
     },
 };
@@ -51,7 +51,19 @@ pub(super) fn init_background_pipeline(
 pub(super) struct BackgroundPipelineKey {
     pub(super) target_format: TextureFormat,
     pub(super) samples: u32,
+    /// Whether alpha tells real from virtual, as [`MarksReal`](super::MarksReal) says.
+    pub(super) marks_real: bool,
 }
+
+/// Writes the frame and keeps what is around it; alpha becomes 0 everywhere.
+const MARKING: BlendState = BlendState {
+    color: BlendComponent {
+        src_factor: BlendFactor::One,
+        dst_factor: BlendFactor::SrcAlpha,
+        ..BlendComponent::REPLACE
+    },
+    alpha: BlendComponent { src_factor: BlendFactor::Zero, dst_factor: BlendFactor::Zero, ..BlendComponent::REPLACE },
+};
 
 impl SpecializedRenderPipeline for BackgroundPipeline {
     type Key = BackgroundPipelineKey;
@@ -64,9 +76,10 @@ impl SpecializedRenderPipeline for BackgroundPipeline {
             multisample: MultisampleState { count: key.samples, ..default() },
             fragment: Some(FragmentState {
                 shader: self.shader.clone(),
+                shader_defs: key.marks_real.then(|| "MARKS_REAL".into()).into_iter().collect(),
                 targets: vec![Some(ColorTargetState {
                     format: key.target_format,
-                    blend: None,
+                    blend: key.marks_real.then_some(MARKING),
                     write_mask: ColorWrites::ALL,
                 })],
                 ..default()

@@ -147,6 +147,15 @@ impl CameraFeed {
         }
     }
 
+    /// Whether the frames come from a camera that is running.
+    pub(crate) fn is_device(&self) -> bool {
+        match self.source {
+            #[cfg(feature = "webcam")]
+            FeedSource::Device(_) => true,
+            _ => false,
+        }
+    }
+
     fn new(source: FeedSource) -> Self {
         Self { source, pace: FeedPace::default(), exposure: 1.0 }
     }

@@ -124,6 +124,7 @@ pub use upload::FrameTexture;
 pub use webcam::{DeviceEncoding, DeviceExposure, DeviceId, DeviceInfo, DeviceOptions, list_devices};
 
 pub(crate) use background_motion_pass::motion_of_frame;
+pub(crate) use background_pass::MarksReal;
 pub(crate) use clip::SidecarTracking;
 pub(crate) use poll::{ArrivingFrame, FramesAwaitTracking};
 pub(crate) use posed_frame::{PosedFrame, world_from_camera};

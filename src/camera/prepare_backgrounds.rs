@@ -1,7 +1,7 @@
 //! Extraction of camera frames, and bind groups for drawing them as backgrounds.
 
 use super::{
-    ArCamera, CameraFrame, FrameMapping, FrameTexture,
+    ArCamera, CameraFrame, FrameMapping, FrameTexture, MarksReal,
     background_pipeline::{BackgroundPipeline, BackgroundPipelineKey, BackgroundUniform},
 };
 use bevy::{
@@ -26,6 +26,7 @@ use bevy::{
 pub(super) struct ExtractedBackground {
     image: AssetId<Image>,
     frame_uv_from_view_uv: Vec4,
+    marks_real: bool,
 }
 
 /// Pipeline and bind group of a view. Rebuilt only when their inputs change.
@@ -36,7 +37,8 @@ pub(super) struct PreparedBackground {
     made_from: (TextureViewId, BackgroundUniform),
 }
 
-type BackgroundSource = (RenderEntity, &'static ArCamera, &'static Camera, &'static CameraFrame, &'static FrameTexture);
+type BackgroundSource =
+    (RenderEntity, &'static ArCamera, &'static Camera, &'static CameraFrame, &'static FrameTexture, Has<MarksReal>);
 
 pub(super) fn extract_backgrounds(
     mut commands: Commands,
@@ -44,10 +46,10 @@ pub(super) fn extract_backgrounds(
     extracted: Query<Entity, With<ExtractedBackground>>,
 ) {
     let mut current = EntityHashSet::default();
-    for (entity, ar_camera, camera, frame, texture) in &cameras {
+    for (entity, ar_camera, camera, frame, texture, marks_real) in &cameras {
         let mapping = FrameMapping::frame_uv_from_viewport_uv(camera, ar_camera.fit, frame.pixels.size);
         if let Some(frame_uv_from_view_uv) = mapping {
-            let background = ExtractedBackground { image: texture.image.id(), frame_uv_from_view_uv };
+            let background = ExtractedBackground { image: texture.image.id(), frame_uv_from_view_uv, marks_real };
             commands.entity(entity).insert(background);
             current.insert(entity);
         }
@@ -75,7 +77,8 @@ pub(super) fn prepare_backgrounds(
         let Some(image) = images.get(background.image) else {
             continue;
         };
-        let key = BackgroundPipelineKey { target_format: view.target_format, samples: msaa.samples() };
+        let (target_format, marks_real) = (view.target_format, background.marks_real);
+        let key = BackgroundPipelineKey { target_format, samples: msaa.samples(), marks_real };
         let pipeline_id = pipelines.specialize(&pipeline_cache, &pipeline, key);
         let uniform = BackgroundUniform { frame_uv_from_view_uv: background.frame_uv_from_view_uv };
         let made_from = (image.texture_view.id(), uniform);

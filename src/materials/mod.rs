@@ -42,6 +42,11 @@
 //! A virtual object ends sharply, within one pixel, where a phantom hides it. [`SoftPhantomEdges`] on the camera
 //! blends the two across the edge instead.
 //!
+//! # The camera's hand
+//! Real cameras are noisy and a little blurred. With [`CameraGrain`] on the camera, virtual things are as much of both
+//! as the frame is measured to be: noise by brightness, channel and spatial frequency, and edges as wide as those of
+//! the marker. Cameras with a running webcam get it by themselves.
+//!
 //! # Together with other effects
 //! What an [`ArCamera`](crate::camera::ArCamera) shows under the effects that games add. *Frame* means what the real
 //! camera delivers; under all of them it stays as it is, except where the table says so. The tests are in
@@ -109,6 +114,7 @@
 
 mod alpha_mask;
 mod dome_bindings;
+mod grain;
 mod image_based;
 mod neighbors;
 mod original_material;
@@ -122,6 +128,7 @@ mod style;
 mod surface_albedo;
 mod toon;
 
+pub use grain::{CameraGrain, GrainMeasurement};
 pub use image_based::{DomeShadowed, ImageBasedMaterial};
 pub use neighbors::{NeighborReflections, NoNeighborReflections};
 pub use outline::OutlineMaterial;
@@ -157,6 +164,7 @@ impl Plugin for MaterialsPlugin {
         embedded_asset!(app, "toon.wgsl");
         outline::build(app);
         soft_edges::build(app);
+        grain::build(app);
         neighbors::build(app);
         app.add_plugins((
             MaterialPlugin::<PhantomMaterial>::default(),

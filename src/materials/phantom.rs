@@ -58,6 +58,8 @@ pub(super) struct PhantomUniform {
     pub(super) occluders: [Mat4; MAX_OCCLUDERS],
     /// Motion vector of the frame.
     pub(super) motion: Vec2,
+    /// Alpha with which phantoms are drawn: 0 where it [tells real from virtual](crate::camera::MarksReal), else 1.
+    pub(super) alpha: f32,
 }
 
 /// Maximum number of real things that hide others from the camera that projects its frame.
@@ -73,6 +75,7 @@ impl PhantomUniform {
             projected_from: Vec4::ZERO,
             occluders: [Mat4::ZERO; MAX_OCCLUDERS],
             motion,
+            alpha: 1.0,
         }
     }
 }

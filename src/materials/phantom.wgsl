@@ -2,7 +2,7 @@
 // shadows and lamps.
 
 #import bevy_pbr::forward_io::{VertexOutput, FragmentOutput}
-#import bevy_mirrorball::materials::phantom_frame::{frame_uv, is_unknown}
+#import bevy_mirrorball::materials::phantom_frame::{frame_uv, is_unknown, phantom}
 #import bevy_mirrorball::shadows::render::receive::phantom_ratio
 #ifdef VISIBILITY_RANGE_DITHER
 #import bevy_pbr::pbr_functions::visibility_range_dither
@@ -10,7 +10,7 @@
 #ifdef ENVIRONMENT_MAP
 #ifndef DEPTH_PREPASS
 #import bevy_mirrorball::materials::neighbors::captured::captured_radiance
-#import bevy_mirrorball::materials::phantom_frame::{is_beyond_frame, phantom}
+#import bevy_mirrorball::materials::phantom_frame::is_beyond_frame
 #endif
 #endif
 #ifdef HAS_LAMPS
@@ -48,5 +48,5 @@ fn fragment(in: VertexOutput) -> FragmentOutput {
 #endif
     color *= light;
 #endif
-    return FragmentOutput(vec4f(color, 1.0));
+    return FragmentOutput(vec4f(color, phantom.alpha));
 }

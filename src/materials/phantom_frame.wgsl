@@ -20,6 +20,8 @@ struct Phantom {
     occluders: array<mat4x4f, 8>,
     /// Motion vector of the frame.
     motion: vec2f,
+    /// Alpha with which phantoms are drawn: 0 where it tells real from virtual, else 1.
+    alpha: f32,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(2) var<uniform> phantom: Phantom;

@@ -6,7 +6,8 @@ use super::{
 };
 use crate::{
     camera::{
-        ArCamera, CameraFrame, FrameMapping, FrameTexture, Intrinsics, camera_rank, motion_of_frame, world_from_camera,
+        ArCamera, CameraFrame, FrameMapping, FrameTexture, Intrinsics, MarksReal, camera_rank, motion_of_frame,
+        world_from_camera,
     },
     shadows::DomeTextures,
 };
@@ -71,6 +72,7 @@ type ShowingCamera = (
     Option<FrameSource>,
     Option<(&'static ShowPhantoms, Option<&'static BeyondFrame>)>,
     Has<TemporalJitter>,
+    Has<MarksReal>,
 );
 type Projector = (Entity, &'static Camera, FrameSource, &'static GlobalTransform);
 
@@ -81,14 +83,17 @@ fn extract_phantom_views(
     extracted: Query<Entity, With<PhantomFrame>>,
 ) {
     let mut current = EntityHashSet::default();
-    for (view, camera, own, show, is_antialiased) in &cameras {
+    for (view, camera, own, show, is_antialiased, marks_real) in &cameras {
         let motion = motion_of_frame(is_antialiased);
         let frame = match (own, show) {
             (Some((ar_camera, frame, texture)), _) => {
                 let mapping = FrameMapping::frame_uv_from_viewport_uv(camera, ar_camera.fit, frame.pixels.size);
                 mapping.map(|mapping| PhantomFrame {
                     image: texture.image.id(),
-                    uniform: PhantomUniform::of_view(mapping, motion),
+                    uniform: PhantomUniform {
+                        alpha: if marks_real { 0.0 } else { 1.0 },
+                        ..PhantomUniform::of_view(mapping, motion)
+                    },
                 })
             }
             (None, Some((show, beyond))) => match show.projector {
@@ -133,6 +138,7 @@ fn projected(
         projected_from: beyond.map_or(Vec4::ZERO, |_| world_from_camera.translation.extend(1.0)),
         occluders: beyond.map_or([Mat4::ZERO; MAX_OCCLUDERS], |beyond| beyond.occluders),
         motion,
+        alpha: 1.0,
     }
 }
 

@@ -60,7 +60,8 @@ impl Scene {
         let feed = CameraFeed::pixels(gray.expect("as many bytes as the size says")).with_pace(FeedPace::Lockstep);
         let intrinsics = Intrinsics::new(Vec2::splat(80.0), 0.5 * Self::SIZE.as_vec2(), Self::SIZE);
         let pose = Transform::from_xyz(0.0, 0.6, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z);
-        app.world_mut().spawn((ArCamera::new(intrinsics), pose, feed, target, SoftPhantomEdges::default()));
+        let effects = (SoftPhantomEdges::default(), CameraGrain::default());
+        app.world_mut().spawn((ArCamera::new(intrinsics), pose, feed, target, effects));
         let sky = UniformSky { radiance: Some(Vec3::splat(0.4)) };
         app.world_mut().spawn((LightProbeSphere::default(), sky, Transform::from_xyz(0.2, 0.05, 0.1)));
         app.world_mut().spawn(ShadowDomeLight::default());
@@ -161,7 +162,7 @@ fn the_whole_crate_runs_with_webgpus_default_limits_and_no_optional_feature() {
     let device = scene.app.world().resource::<RenderDevice>();
     assert_eq!((device.limits(), device.features()), (limits.clone(), WgpuFeatures::empty()));
     let found = pipelines(&scene.app);
-    for wanted in ["unwrap", "gather_blocks", "weigh_cells", "visibility", "depth", "map_view", "soft_edges"] {
+    for wanted in ["unwrap", "gather_blocks", "weigh_cells", "visibility", "depth", "map_view", "soft_edges", "grain"] {
         assert!(found.iter().any(|(name, ..)| name.contains(wanted)), "{wanted} did not run");
     }
     for (name, groups, count) in &found {

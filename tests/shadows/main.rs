@@ -10,6 +10,7 @@ mod dome;
 mod drawing;
 #[path = "../support/gpu.rs"]
 mod gpu;
+mod grain;
 mod kept_lookups;
 mod lamps;
 mod life_cycle;

@@ -74,16 +74,18 @@ fn soften(@builtin(position) position: vec4f) -> @location(0) vec4f {
         return color;
     }
     var other = vec4f(0.0);
+    var count = 0.0;
     var turned = vec2f(1.0, 0.0);
     for (var i = 0; i < SAMPLES; i++) {
         let offset = turned * (edges.radius * sqrt((f32(i) + 0.5) / f32(SAMPLES)));
         let neighbor = clamp(vec2i(floor(position.xy + offset)), vec2i(0), last);
         let there = surface_at(neighbor);
         if is_before(here, there) || is_before(there, here) {
-            other += vec4f(textureLoad(rendered, neighbor, 0).rgb, 1.0);
+            other += textureLoad(rendered, neighbor, 0);
+            count += 1.0;
         }
         turned = vec2f(dot(turned, GOLDEN_TURN.xy), dot(turned, GOLDEN_TURN.zw));
     }
-    let mixed = mix(color.rgb, other.rgb / max(other.a, 1.0), other.a / f32(SAMPLES));
-    return vec4f(mixed, color.a);
+    // Alpha too, which may tell real from virtual.
+    return mix(color, other / max(count, 1.0), count / f32(SAMPLES));
 }
