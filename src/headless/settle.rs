@@ -20,6 +20,9 @@ use std::time::Duration;
 
 /// Number of successive frames without loading shaders after which all pipelines count as compiled.
 const MIN_QUIET_FRAMES: u32 = 4;
+/// Time to wait for shaders. Software Vulkan compiles those of all materials in a minute when it has the machine for
+/// itself.
+const MAX_LOADING_TIME: Duration = Duration::from_secs(300);
 /// Largest number of frames to wait for cubes that are still being rendered: in scenes that always change, they always
 /// are.
 const MAX_CUBE_FRAMES: u32 = 128;
@@ -60,11 +63,11 @@ pub fn update_until(
 /// ([`NeighborReflections`](crate::materials::NeighborReflections)), for which it waits at most 128 frames more.
 ///
 /// # Errors
-/// [`HeadlessError::Pipeline`] if a pipeline cannot be compiled, or its shader is not there after two minutes; as
+/// [`HeadlessError::Pipeline`] if a pipeline cannot be compiled, or its shader is not there after five minutes; as
 /// [`update_until`].
 pub fn settle(app: &mut App) -> Result<(), HeadlessError> {
     let (mut quiet, mut cube_frames) = (0, 0);
-    let settled = update_until(app, "loading all shaders", MAX_BUSY_TIME, |app| {
+    let settled = update_until(app, "loading all shaders", MAX_LOADING_TIME, |app| {
         let pipelines = cache(app);
         if pipelines.is_some_and(|cache| failed_pipeline(cache).is_some()) {
             return true;

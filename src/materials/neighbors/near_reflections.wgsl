@@ -27,8 +27,8 @@ fn near_reflection(surface: PbrInput, occlusion: f32) -> vec3f {
 #ifndef SCREEN_SPACE_REFLECTIONS
 #ifndef STANDARD_MATERIAL_ANISOTROPY
     let layer = base_layer(surface);
-    // Outside of the branch: SwiftShader indexes arrays of textures, as Bevy's light probes are in, by the first of four
-    // pixels even if that one takes no part and its index means nothing.
+    // Outside of the branch: SwiftShader indexes arrays of textures, which hold Bevy's light probes, by the first of
+    // four pixels even if that one takes no part and its index means nothing.
     let room = room_radiance(surface, layer);
     let mirror = mirror_at(surface.world_position.xyz);
     if mirror < neighbors.count && is_mirror(surface) {
