@@ -10,10 +10,10 @@ use std::sync::Arc;
 
 /// A skylight, and a tinted window low behind the camera. The ball clips both, and the paper hardly sees the window.
 fn room_with_window(dir: Vec3) -> Vec3 {
-    const TO_WINDOW: Vec3 = Vec3::new(0.0, 0.34, -0.94);
-    const TO_SKYLIGHT: Vec3 = Vec3::new(0.3, 0.91, 0.3);
+    const TO_WINDOW: Vec3 = Vec3::new(0.6, 0.34, -0.72);
+    const TO_SKYLIGHT: Vec3 = Vec3::new(-0.3, 0.91, 0.3);
     if dir.angle_between(TO_WINDOW) < 0.3 {
-        Vec3::new(5.0, 7.0, 9.0)
+        Vec3::new(3.5, 5.0, 6.5)
     } else if dir.angle_between(TO_SKYLIGHT) < 0.3 {
         Vec3::new(3.0, 2.8, 2.5)
     } else {
@@ -21,9 +21,9 @@ fn room_with_window(dir: Vec3) -> Vec3 {
     }
 }
 
-/// A piece of paint whose color nobody knows.
+/// A roof of a paint that nobody knows. The camera sees both of its faces, the window hardly more than one.
 fn tent(foot: Vec3, reflectance: f32) -> Tent {
-    Tent { foot, ridge: Vec3::X, size: Vec3::new(0.07, 0.05, 0.03), reflectance }
+    Tent { foot, ridge: Vec3::Z, size: Vec3::new(0.07, 0.05, 0.03), reflectance }
 }
 
 /// Largest relative error of irradiance at the marker and at surfaces tilted by 53°, per channel.
@@ -46,7 +46,7 @@ fn light_on_one_face_of_a_small_thing_is_not_taken_for_its_paint() {
     desk.tents = tents.to_vec();
     let (with, without) = (worst_error(&desk, &tents), worst_error(&desk, &[]));
     println!("off by {with:.3} with the faces of a small thing, {without:.3} without");
-    assert!(with.max_element() < 0.08 && without.max_element() > 0.15);
+    assert!(with.max_element() < 0.05 && without.max_element() > 0.25);
 }
 
 #[test]
@@ -60,5 +60,5 @@ fn ink_tells_the_light_of_a_channel_in_which_the_paper_clips() {
         worst_error(&desk, &tents)
     });
     println!("paper clips in blue: off by {:.3} with a marker's ink, {:.3} without", off[0], off[1]);
-    assert!(off[0].max_element() < 0.08 && off[1].z > 0.12);
+    assert!(off[0].max_element() < 0.05 && off[1].z > 0.15);
 }
