@@ -159,7 +159,8 @@ fn the_visibility_pass_finds_what_every_fragment_would() {
         println!("{samples:?}: off by up to {worst}/255, {:.1} % of the picture by more than rounding", 100.0 * share);
         assert!(worst <= most && share <= most_different);
     }
-    assert!(unshadowed > 0.2, "there is something to see");
+    // Less than of direct light alone: what is near lights the shadows.
+    assert!(unshadowed > 0.1, "there is something to see");
 }
 
 #[test]

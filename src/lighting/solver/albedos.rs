@@ -95,7 +95,7 @@ pub(super) enum AlbedoEvidence {
 
 /// Smallest distance between the mean normals of two groups of points that face different ways.
 const MIN_NORMAL_DISTANCE: f32 = 0.5;
-/// Smallest difference of the logarithmic albedo in a channel and that of all channels between faces of different color.
+/// Smallest difference, between faces of different color, of a channel's logarithmic albedo less that of all channels.
 const MIN_TINT_CONTRAST: f64 = 0.2;
 
 fn face_different_ways(a: &[&Equation], b: &[&Equation]) -> bool {
