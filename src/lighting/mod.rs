@@ -7,9 +7,9 @@
 //! # Method
 //! An 8-bit camera shows a lamp and a white wall alike. The missing brightness follows from what stands on the desk
 //! (after Debevec et al. 2012, *A single-shot light probe*): some 500 sample points of the frame on the marker's paper,
-//! on the desk and on other phantoms, small ones in finer steps. Rays from each point determine which part of the sky it
-//! sees past phantoms and ball, and how much of the sky it sees mirrored in the ball. The clipped part of the sky is cut
-//! into regions of at most some 20°. The unknowns are the gain of each region and the albedo of each surface; the
+//! on the desk and on other phantoms, small ones in finer steps. Rays from each point determine which part of the sky
+//! it sees past phantoms and ball, and how much of the sky it sees mirrored in the ball. The clipped part of the sky is
+//! cut into regions of at most some 20°. The unknowns are the gain of each region and the albedo of each surface; the
 //! equation of a point is
 //!
 //! ```text
