@@ -33,7 +33,13 @@ impl Scene {
         let mut materials = desk.app.world_mut().resource_mut::<Assets<StandardMaterial>>();
         let silver = StandardMaterial { metallic: 1.0, perceptual_roughness: 0.1, ..Color::WHITE.into() };
         let silver = MeshMaterial3d(materials.add(silver));
-        let red = StandardMaterial { unlit: true, ..Color::srgb(1.0, 0.0, 0.0).into() };
+        // Not unlit: Bevy's lighting crashes SwiftShader in branches that no pixel takes, depending on the shader around.
+        let red = StandardMaterial {
+            emissive: LinearRgba::RED,
+            emissive_exposure_weight: 0.0,
+            reflectance: 0.0,
+            ..Color::BLACK.into()
+        };
         let red = MeshMaterial3d(materials.add(red));
         let matte = StandardMaterial { reflectance: 0.0, perceptual_roughness: 1.0, ..Color::WHITE.into() };
         let matte = MeshMaterial3d(materials.add(matte));

@@ -21,15 +21,13 @@ const MAX_ROUGHNESS: f32 = 0.6;
 /// Fraction of perpendicular light below which no real material reflects; the engine fades reflections out there.
 const FADING: f32 = 50.0 * 0.33;
 
-/// What is to be added to a shaded surface. `occlusion` is that of the neighbors; that of the room is the surface's.
-fn near_reflection(surface: PbrInput, occlusion: f32) -> vec3f {
+/// What is to be added to a shaded surface, whose `room_radiance` is known. `occlusion` is that of the neighbors; that of
+/// the room is the surface's.
+fn near_reflection(surface: PbrInput, room: vec3f, occlusion: f32) -> vec3f {
 #ifdef ENVIRONMENT_MAP
 #ifndef SCREEN_SPACE_REFLECTIONS
 #ifndef STANDARD_MATERIAL_ANISOTROPY
     let layer = base_layer(surface);
-    // Outside of the branch: SwiftShader indexes arrays of textures, which hold Bevy's light probes, by the first of
-    // four pixels even if that one takes no part and its index means nothing.
-    let room = room_radiance(surface, layer);
     let mirror = mirror_at(surface.world_position.xyz);
     if mirror < neighbors.count && is_mirror(surface) {
         let dir = radiance_sample_direction(layer.N, layer.R, layer.roughness);
@@ -40,6 +38,20 @@ fn near_reflection(surface: PbrInput, occlusion: f32) -> vec3f {
 #endif
 #endif
     return vec3f(0.0);
+}
+
+/// Radiance that the engine reflects, in frame buffer units. To be called outside of all branches: SwiftShader indexes
+/// arrays of textures, which hold Bevy's light probes, by the first of four pixels even if that one takes no part in a
+/// branch, or none does, and the index means nothing.
+fn room_radiance(surface: PbrInput) -> vec3f {
+#ifdef ENVIRONMENT_MAP
+    let view_z = (view.view_from_world * surface.world_position).z;
+    let cluster = clustering::view_fragment_cluster_index(surface.frag_coord.xy, view_z, surface.is_orthographic);
+    var ranges = clustering::unpack_clusterable_object_index_ranges(cluster);
+    return compute_radiances(base_layer(surface), &ranges, surface.world_position.xyz, true).radiance * view.exposure;
+#else
+    return vec3f(0.0);
+#endif
 }
 
 #ifdef ENVIRONMENT_MAP
@@ -57,14 +69,6 @@ fn base_layer(surface: PbrInput) -> LayerLightingInput {
     layer.perceptual_roughness = surface.material.perceptual_roughness;
     layer.roughness = perceptualRoughnessToRoughness(layer.perceptual_roughness);
     return layer;
-}
-
-/// Radiance that the engine has reflected, in frame buffer units.
-fn room_radiance(surface: PbrInput, layer: LayerLightingInput) -> vec3f {
-    let view_z = (view.view_from_world * surface.world_position).z;
-    let cluster = clustering::view_fragment_cluster_index(surface.frag_coord.xy, view_z, surface.is_orthographic);
-    var ranges = clustering::unpack_clusterable_object_index_ranges(cluster);
-    return compute_radiances(layer, &ranges, surface.world_position.xyz, true).radiance * view.exposure;
 }
 
 /// Fraction of the mean radiance around the reflected direction that a surface reflects, as in Bevy's
