@@ -33,7 +33,7 @@ impl Scene {
         let mut materials = desk.app.world_mut().resource_mut::<Assets<StandardMaterial>>();
         let silver = StandardMaterial { metallic: 1.0, perceptual_roughness: 0.1, ..Color::WHITE.into() };
         let silver = MeshMaterial3d(materials.add(silver));
-        // Not unlit: Bevy's lighting crashes SwiftShader in branches that no pixel takes, depending on the shader around.
+        // Not unlit: in branches that no pixel takes, Bevy's lighting can crash SwiftShader.
         let red = StandardMaterial {
             emissive: LinearRgba::RED,
             emissive_exposure_weight: 0.0,

@@ -21,8 +21,8 @@ const MAX_ROUGHNESS: f32 = 0.6;
 /// Fraction of perpendicular light below which no real material reflects; the engine fades reflections out there.
 const FADING: f32 = 50.0 * 0.33;
 
-/// What is to be added to a shaded surface, whose `room_radiance` is known. `occlusion` is that of the neighbors; that of
-/// the room is the surface's.
+/// What is to be added to a shaded surface, whose `room_radiance` is known. `occlusion` is that of the neighbors; that
+/// of the room is the surface's.
 fn near_reflection(surface: PbrInput, room: vec3f, occlusion: f32) -> vec3f {
 #ifdef ENVIRONMENT_MAP
 #ifndef SCREEN_SPACE_REFLECTIONS
