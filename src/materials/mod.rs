@@ -122,6 +122,7 @@ mod outline;
 mod phantom;
 mod phantom_draw;
 mod phantom_views;
+mod screen_pass;
 mod show_phantoms;
 mod soft_edges;
 mod style;

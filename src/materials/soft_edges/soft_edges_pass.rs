@@ -1,14 +1,12 @@
 //! Pass that softens the edges of phantoms.
 
 use super::{SoftPhantomEdges, prepare_soft_edges::PreparedSoftEdges, soft_edges_pipeline::SoftEdgesPipeline};
+use crate::materials::screen_pass::draw_over_view;
 use bevy::{
     core_pipeline::prepass::ViewPrepassTextures,
     prelude::*,
     render::{
-        diagnostic::RecordDiagnostics,
-        render_resource::{
-            BindGroupEntries, Operations, PipelineCache, RenderPassColorAttachment, RenderPassDescriptor,
-        },
+        render_resource::{BindGroupEntries, PipelineCache},
         renderer::{RenderContext, RenderDevice, ViewQuery},
         view::{ViewTarget, ViewUniformOffset, ViewUniforms},
     },
@@ -42,24 +40,12 @@ pub(super) fn soft_edges_pass(
         &pipeline_cache.get_bind_group_layout(layouts.layout(prepared.is_multisampled)),
         &BindGroupEntries::sequential((view_uniform, post_process.source, depths, normals, uniform)),
     );
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
-        label: Some("mirrorball_soft_edges_pass"),
-        color_attachments: &[Some(RenderPassColorAttachment {
-            view: post_process.destination,
-            depth_slice: None,
-            resolve_target: None,
-            ops: Operations::default(),
-        })],
-        depth_stencil_attachment: None,
-        timestamp_writes: None,
-        occlusion_query_set: None,
-        multiview_mask: None,
-    });
-    let span = diagnostics.pass_span(&mut pass, "mirrorball_soft_edges");
-    pass.set_render_pipeline(ready);
-    pass.set_bind_group(0, &bind_group, &[view_offset.offset]);
-    pass.draw(0..3, 0..1);
-    span.end(&mut pass);
+    draw_over_view(
+        &mut ctx,
+        post_process.destination,
+        "mirrorball_soft_edges",
+        ready,
+        &bind_group,
+        &[view_offset.offset],
+    );
 }
