@@ -176,6 +176,9 @@ impl Problem<'_> {
             system.add(&[(regions + k, 1.0)], 2.0, 1e-6);
         }
         let mut floor = vec![0.0; n];
+        for ((floor, expected), region) in floor.iter_mut().zip(prior.into_iter().flatten()).zip(self.regions) {
+            *floor = expected / region.max_tint();
+        }
         for GainReading { region, gain, is_bound } in &self.readings {
             if is_bound[channel] {
                 floor[*region] = f64::max(floor[*region], gain[channel]);

@@ -159,7 +159,8 @@ impl Problem<'_> {
                 albedos = all[regions..].to_vec();
             }
             for (region, (gain, x)) in gains.iter_mut().zip(&solved).enumerate() {
-                gain[channel] = 1.0 + x.min(max_gain(region)) as f32;
+                let max_tinted = self.regions[region].max_tint() * prior[region];
+                gain[channel] = 1.0 + x.min(max_tinted).min(max_gain(region)) as f32;
             }
             paper_ratio[channel] = self.paper_ratio(channel, &solved);
         }

@@ -58,6 +58,19 @@ fn the_key_light_of_the_studio_is_where_it_is() {
     assert!(degrees <= KEY_LIGHT_DEGREES && key.fraction > 0.5);
 }
 
+/// The lamps of the warehouse are white. What else is wrong with the desk must not color the faint ones.
+#[test]
+fn small_lamps_of_the_warehouse_are_hardly_colored() {
+    let Some(folder) = shared_data::find("ar_truth") else { return };
+    let picture = desk_picture(&folder, "open_warehouse");
+    let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
+    let is_lamp = |extra: &Vec3| extra.max_element() > 1.0;
+    let small = solved.regions.iter().filter(|region| region.solid_angle < 0.02).map(|region| region.gain - 1.0);
+    let ratios: Vec<f32> = small.filter(is_lamp).map(|extra| extra.max_element() / extra.min_element()).collect();
+    println!("brightest to darkest channel of small lamps: {ratios:?}");
+    assert!(!ratios.is_empty() && ratios.iter().all(|ratio| *ratio < 2.5));
+}
+
 #[test]
 fn energies_hardly_vary_with_the_noise_of_the_camera() {
     let Some(folder) = shared_data::find("ar_truth") else { return };
