@@ -3,7 +3,7 @@
 use super::{
     SurfaceStyle,
     dome_bindings::{DomeBindings, bind_fields, define_dome},
-    neighbors::NeighborCubes,
+    neighbors::{NeighborCubes, is_mirror},
     style::StyleExtension,
 };
 use crate::shadows::{DomeShader, DomeTextures};
@@ -24,15 +24,16 @@ pub type ImageBasedMaterial = ExtendedMaterial<StandardMaterial, DomeShadowed>;
 pub struct DomeShadowed {
     dome: DomeBindings,
     neighbors: NeighborBindings,
-    has_mirrors: bool,
+    is_mirror: bool,
 }
 
 /// Permutation of the shader.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ImageBasedKey {
     dome: DomeShader,
-    /// Whether there are cubes for mirrors. Without, the shader has no code for them.
-    has_mirrors: bool,
+    /// Whether the surface is one that reflects its neighbors, and there are cubes with these. Without, the shader has
+    /// no code for them.
+    is_mirror: bool,
 }
 
 /// Binding of the cubes of all mirrors, as `neighbor_cubes.wgsl` declares it.
@@ -46,7 +47,7 @@ bind_fields!(DomeShadowed, ImageBasedKey, dome: DomeBindings, neighbors: Neighbo
 
 impl From<&DomeShadowed> for ImageBasedKey {
     fn from(extension: &DomeShadowed) -> Self {
-        Self { dome: extension.dome.shader, has_mirrors: extension.has_mirrors }
+        Self { dome: extension.dome.shader, is_mirror: extension.is_mirror }
     }
 }
 
@@ -61,9 +62,9 @@ impl MaterialExtension for DomeShadowed {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        let ImageBasedKey { dome, has_mirrors } = key.bind_group_data;
+        let ImageBasedKey { dome, is_mirror } = key.bind_group_data;
         define_dome(descriptor, dome, key.mesh_key);
-        if let Some(fragment) = descriptor.fragment.as_mut().filter(|_| has_mirrors) {
+        if let Some(fragment) = descriptor.fragment.as_mut().filter(|_| is_mirror) {
             fragment.shader_defs.push("NEIGHBORS".into());
         }
         Ok(())
@@ -77,11 +78,11 @@ impl StyleExtension for DomeShadowed {
         (has_dome && *style == SurfaceStyle::ImageBased).then_some(())
     }
 
-    fn new((): (), textures: &DomeTextures, neighbors: &NeighborCubes) -> Self {
+    fn new((): (), original: &StandardMaterial, textures: &DomeTextures, neighbors: &NeighborCubes) -> Self {
         Self {
             dome: textures.into(),
             neighbors: NeighborBindings { cubes: neighbors.buffer.clone() },
-            has_mirrors: neighbors.has_mirrors(),
+            is_mirror: neighbors.has_mirrors() && is_mirror(original),
         }
     }
 }

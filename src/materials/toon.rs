@@ -73,7 +73,7 @@ impl StyleExtension for ToonShaded {
         }
     }
 
-    fn new((bands, highlight): (u32, bool), textures: &DomeTextures, _: &NeighborCubes) -> Self {
+    fn new((bands, highlight): (u32, bool), _: &StandardMaterial, textures: &DomeTextures, _: &NeighborCubes) -> Self {
         let uniform = ToonUniform { bands: bands as f32, highlight: f32::from(highlight) };
         Self { dome: textures.into(), bands: ToonBindings { uniform } }
     }

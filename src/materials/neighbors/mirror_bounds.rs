@@ -9,7 +9,7 @@ const MIN_REFLECTANCE: f32 = 0.1;
 const MAX_ROUGHNESS: f32 = 0.6;
 
 /// Whether a surface shows its neighbors, and is not seen from within. Textures can only make it rougher and darker.
-pub(super) fn is_mirror(material: &StandardMaterial) -> bool {
+pub(in crate::materials) fn is_mirror(material: &StandardMaterial) -> bool {
     let dielectric = 0.16 * material.reflectance * material.reflectance;
     let color = material.base_color.to_linear();
     let metal = color.red.max(color.green).max(color.blue);

@@ -43,6 +43,7 @@ mod pack_pass;
 mod schedule_faces;
 mod watch_changes;
 
+pub(super) use mirror_bounds::is_mirror;
 pub(super) use neighbor_cubes::NeighborCubes;
 
 use crate::{MirrorballSystems, environment_map::PendingCubes, prefilter::place_faces};

@@ -23,7 +23,13 @@ pub(in crate::materials) trait StyleExtension: MaterialExtension {
     /// Returns the parameters of a style, or `None` if another extension draws it.
     fn parameters(style: &SurfaceStyle, has_dome: bool) -> Option<Self::Parameters>;
 
-    fn new(parameters: Self::Parameters, textures: &DomeTextures, neighbors: &NeighborCubes) -> Self;
+    /// Returns the extension of an original, which is not simplified yet.
+    fn new(
+        parameters: Self::Parameters,
+        original: &StandardMaterial,
+        textures: &DomeTextures,
+        neighbors: &NeighborCubes,
+    ) -> Self;
 
     /// Removes the features of the original that the extension does not draw.
     fn simplify(base: StandardMaterial) -> StandardMaterial {
@@ -64,5 +70,5 @@ pub(super) fn styled_material<E: StyleExtension>(
     neighbors: &NeighborCubes,
 ) -> StyledMaterial<E> {
     let base = StandardMaterial { opaque_render_method: OpaqueRendererMethod::Forward, ..original.clone() };
-    ExtendedMaterial { base: E::simplify(base), extension: E::new(parameters, textures, neighbors) }
+    ExtendedMaterial { base: E::simplify(base), extension: E::new(parameters, original, textures, neighbors) }
 }
