@@ -63,6 +63,7 @@ pub(super) fn load_shaders(app: &mut App) {
     load_shader_library!(app, "soft_shadow.wgsl");
     load_shader_library!(app, "maps.wgsl");
     load_shader_library!(app, "surfels.wgsl");
+    load_shader_library!(app, "tile_surfels.wgsl");
     load_shader_library!(app, "visibility.wgsl");
     load_shader_library!(app, "receive.wgsl");
     load_shader_library!(app, "visibility_surfaces.wgsl");

@@ -37,14 +37,21 @@ fn hidden_by(offset: vec3f, up: vec3f, below_horizon: vec3f) -> vec3f {
     return select(vec3f(0.0), below_horizon, dot(offset, up) < 0.0);
 }
 
-/// Irradiance from every `step`th surfel at a surface, starting from `first`.
-fn bounced_light(pos_world: vec3f, normal: vec3f, is_real: bool, first: u32, step: u32) -> BouncedLight {
+fn add_bounced(a: BouncedLight, b: BouncedLight) -> BouncedLight {
+    return BouncedLight(a.now + b.now, a.real + b.real);
+}
+
+fn light_of_surfel(i: u32, pos_world: vec3f, normal: vec3f, is_real: bool) -> BouncedLight {
+    let surfel = results.lit.surfels[i];
+    let hidden = hidden_by(surfel.pos_world - pos_world, results.lit.up, results.lit.hidden);
+    return light_from(surfel, hidden, pos_world, normal, is_real);
+}
+
+/// Irradiance from all surfels at a surface.
+fn bounced_light(pos_world: vec3f, normal: vec3f, is_real: bool) -> BouncedLight {
     var sum = BouncedLight();
-    for (var i = first; i < results.lit.count; i += step) {
-        let surfel = results.lit.surfels[i];
-        let hidden = hidden_by(surfel.pos_world - pos_world, results.lit.up, results.lit.hidden);
-        let light = light_from(surfel, hidden, pos_world, normal, is_real);
-        sum = BouncedLight(sum.now + light.now, sum.real + light.real);
+    for (var i = 0u; i < results.lit.count; i++) {
+        sum = add_bounced(sum, light_of_surfel(i, pos_world, normal, is_real));
     }
     return sum;
 }

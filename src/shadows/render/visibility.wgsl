@@ -7,7 +7,7 @@
 #import bevy_mirrorball::luminance::luminance
 #import bevy_mirrorball::shadows::render::bindings::{dome, results}
 #import bevy_mirrorball::shadows::render::dome::{unpack_light, unpack_solid_angle}
-#import bevy_mirrorball::shadows::render::surfels::bounced_light
+#import bevy_mirrorball::shadows::render::surfels::{BouncedLight, bounced_light}
 #import bevy_mirrorball::shadows::render::maps::{
     DIRECTIONS_MAY_BE_NEAR, LitPoint, PHANTOM_CASTERS, VIRTUAL_CASTERS, above_surface, end_of_kinds, first_kind,
     has_casters, key_is_blocked, key_visibility, light_at, lit_point, visibility,
@@ -136,11 +136,7 @@ fn hidden_radiance_at(is_real: bool) -> vec3f {
     return select(vec3f(0.0), hidden_radiance(), is_real || results.lit.covers_phantoms == 0u);
 }
 
-/// Sums with bounced light from every `step`th surfel, starting from `first`.
-fn with_bounced_light(
-    sums: LightSums, pos_world: vec3f, normal: vec3f, is_real: bool, surfels: RankSubset,
-) -> LightSums {
-    let bounced = bounced_light(pos_world, normal, is_real, surfels.first, surfels.step);
+fn with_bounced_light(sums: LightSums, bounced: BouncedLight) -> LightSums {
     return LightSums(sums.unshadowed + bounced.real, sums.shadowed + bounced.now, sums.open_sky);
 }
 
@@ -231,7 +227,7 @@ fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     }
     let directions = accumulate_phantom(pos_world, normal, ALL_RANKS);
     let total = add_sums(directions, accumulate_phantom_keys(pos_world, normal));
-    return phantom_factor(with_bounced_light(total, pos_world, normal, true, ALL_RANKS));
+    return phantom_factor(with_bounced_light(total, bounced_light(pos_world, normal, true)));
 }
 
 /// Sums over a subset of the directions at a surface. Virtual casters do not count at a real one.
@@ -283,7 +279,7 @@ fn sky_light(pos_world: vec3f, normal: vec3f, is_real: bool) -> LightSums {
 /// Factor on the diffuse image-based light of a virtual surface.
 fn virtual_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     let total = sky_light(pos_world, normal, false);
-    return surface_factor(with_bounced_light(total, pos_world, normal, false, ALL_RANKS));
+    return surface_factor(with_bounced_light(total, bounced_light(pos_world, normal, false)));
 }
 
 /// Luminance of a fraction of light per channel, at least 0.001.

@@ -9,6 +9,7 @@
 #import bevy_mirrorball::shadows::render::bindings::dome
 #import bevy_mirrorball::shadows::render::maps::has_lamps
 #import bevy_mirrorball::shadows::render::samples::{kind_of, surface_similarity, unpack_normal}
+#import bevy_mirrorball::shadows::render::tile_surfels::{bounced_light_in_tile, find_surfels}
 #import bevy_mirrorball::shadows::render::visibility::{
     Light, LightSums, RankSubset, accumulate_phantom, accumulate_phantom_keys, accumulate_surface,
     accumulate_surface_keys, add_sums, hidden_radiance_at, incoming_key_light, incoming_light,
@@ -162,20 +163,28 @@ fn store_fraction(at: u32, here: Surface, directions: SampleSums, keys: SampleSu
 }
 
 @compute @workgroup_size(TILE, TILE)
-fn accumulate(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+fn accumulate(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) thread: u32,
+) {
     let sample = tile_to_sum(group) * TILE + local.xy;
-    if any(sample >= dome.visibility_size) {
+    let is_inside = all(sample < dome.visibility_size);
+    var here = Surface();
+    if is_inside {
+        here = surface_at(sample);
+    }
+    find_surfels(here, is_inside && is_receiver(here), thread);
+    if !is_inside {
         return;
     }
-    let here = surface_at(sample);
     let at = index_of(sample);
     samples[at].pos_world = here.pos_world;
     samples[at].facing = here.facing;
     samples[at].depth = here.depth;
     var sums = sum_directions(sample, here);
     if is_receiver(here) {
-        let surfels = RankSubset(place_in_square(sample), STEP);
-        sums.total = with_bounced_light(sums.total, here.pos_world, here.normal, is_phantom(here), surfels);
+        sums.total = with_bounced_light(sums.total, bounced_light_in_tile(sample, here));
     }
 #ifdef INTERLEAVED
     let total = sums.total;
