@@ -1,0 +1,133 @@
+//! The dance stage on the recorded desk, with one effect.
+
+use crate::{Outcome, dancer, stage};
+use bevy::{
+    gltf::GltfAssetLabel,
+    prelude::*,
+    render::{
+        RenderApp,
+        render_resource::PollType,
+        renderer::{RenderAdapterInfo, RenderDevice},
+    },
+    time::TimeUpdateStrategy,
+};
+use bevy_mirrorball::{headless, materials::NeighborReflections, prelude::*, probe::is_lit_by_measurement};
+use std::time::{Duration, Instant};
+
+/// Size of the picture, that of the recording.
+pub(crate) const SIZE: UVec2 = UVec2::new(640, 480);
+/// Time from frame to frame.
+const STEP: Duration = Duration::from_nanos(1_000_000_000 / 15);
+/// Number of frames before the measurement.
+const WARM_UP: usize = 8;
+const CLIP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/desk_clip");
+const FIRST_FRAME: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/desk_clip/frame_000.jpg");
+/// Horizontal field of view of the recording in radians, as its `clip.json` has it.
+const FIELD_OF_VIEW: f32 = 0.977;
+/// Longest wait for the scene and its light.
+const MAX_WAIT: Duration = Duration::from_secs(120);
+
+/// What changes from frame to frame.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Case {
+    Still,
+    /// The dancer moves.
+    Dance,
+    /// The dancer, the camera and a lamp move.
+    Live,
+}
+
+impl Case {
+    pub(crate) const ALL: [Self; 3] = [Self::Still, Self::Dance, Self::Live];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Still => "still",
+            Self::Dance => "dance",
+            Self::Live => "live",
+        }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Effect {
+    Bounce,
+    Neighbors,
+    Grain,
+    All,
+}
+
+impl Effect {
+    pub(crate) const ALL: [Self; 4] = [Self::Bounce, Self::Neighbors, Self::Grain, Self::All];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Bounce => "bounce",
+            Self::Neighbors => "neighbors",
+            Self::Grain => "grain",
+            Self::All => "all",
+        }
+    }
+}
+
+/// The stage with one effect, or with none.
+pub(crate) struct Desk {
+    app: App,
+}
+
+impl Desk {
+    pub(crate) fn new(case: Case, effect: Option<Effect>) -> Outcome<Self> {
+        let has = |one: Effect| effect.is_some_and(|effect| effect == one || effect == Effect::All);
+        let mut app = headless::build_app(headless::default_plugins(), |app| {
+            app.add_plugins(MirrorballPlugins)
+                .insert_resource(TimeUpdateStrategy::ManualDuration(STEP))
+                .insert_resource(dancer::Dance { is_held: true, ..default() })
+                .add_systems(Startup, stage::spawn)
+                .add_systems(Update, (dancer::keep_the_beat, dancer::dance).chain());
+            if !has(Effect::Neighbors) {
+                app.insert_resource(NeighborReflections { max_probes: 0, ..default() });
+            }
+        })?;
+        let (_, target) = headless::add_target(&mut app, SIZE);
+        let world = app.world_mut();
+        let set = world.resource::<AssetServer>().load(GltfAssetLabel::Scene(0).from_asset("desk/set.glb"));
+        world.spawn(WorldAssetRoot(set));
+        let surfels = if has(Effect::Bounce) { ShadowDomeLight::default().surfels } else { 0 };
+        world.spawn(ShadowDomeLight { surfels, ..default() });
+        let intrinsics = Some(Intrinsics::from_horizontal_fov(SIZE, FIELD_OF_VIEW));
+        let mut camera = world.spawn((ArCamera { intrinsics, ..default() }, CameraFeed::file(FIRST_FRAME), target));
+        if has(Effect::Grain) {
+            camera.insert(CameraGrain::default());
+        }
+        let camera = camera.id();
+        headless::update_until(&mut app, "the light of the desk", MAX_WAIT, |app| {
+            app.world_mut().run_system_cached(is_lit_by_measurement).unwrap_or(false)
+        })?;
+        headless::settle(&mut app)?;
+        // Mirrors are up to date only while nothing moves.
+        let world = app.world_mut();
+        world.resource_mut::<dancer::Dance>().is_held = case == Case::Still;
+        if case == Case::Live {
+            world.entity_mut(camera).insert(CameraFeed::clip(CLIP).with_pace(FeedPace::Lockstep));
+        }
+        let mut desk = Self { app };
+        for _ in 0..WARM_UP {
+            desk.frame()?;
+        }
+        Ok(desk)
+    }
+
+    /// Renders one frame and returns the time until the GPU has finished it, in milliseconds.
+    pub(crate) fn frame(&mut self) -> Outcome<f64> {
+        let started = Instant::now();
+        headless::update(&mut self.app)?;
+        // A lost device does not respond; the next frame reports it.
+        let _ = self.app.sub_app(RenderApp).world().resource::<RenderDevice>().poll(PollType::wait_indefinitely());
+        Ok(started.elapsed().as_secs_f64() * 1e3)
+    }
+
+    pub(crate) fn device(&self) -> String {
+        let info = self.app.sub_app(RenderApp).world().resource::<RenderAdapterInfo>();
+        format!("{} {}", info.name, info.driver_info).replace(',', ";")
+    }
+}
