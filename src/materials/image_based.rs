@@ -3,10 +3,9 @@
 use super::{
     SurfaceStyle,
     dome_bindings::{DomeBindings, bind_fields, define_dome},
-    neighbors::NeighborCubes,
-    style::StyleExtension,
+    style::{SharedBindings, StyleExtension},
 };
-use crate::shadows::{DomeShader, DomeTextures};
+use crate::shadows::DomeShader;
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
@@ -77,11 +76,11 @@ impl StyleExtension for DomeShadowed {
         (has_dome && *style == SurfaceStyle::ImageBased).then_some(())
     }
 
-    fn new((): (), textures: &DomeTextures, neighbors: &NeighborCubes) -> Self {
+    fn new((): (), shared: &SharedBindings) -> Self {
         Self {
-            dome: textures.into(),
-            neighbors: NeighborBindings { cubes: neighbors.buffer.clone() },
-            has_mirrors: neighbors.has_mirrors(),
+            dome: shared.dome.as_ref().into(),
+            neighbors: NeighborBindings { cubes: shared.neighbors.buffer.clone() },
+            has_mirrors: shared.neighbors.has_mirrors(),
         }
     }
 }
