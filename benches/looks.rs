@@ -62,7 +62,12 @@ impl Options {
 /// Styles by name.
 fn styles() -> Vec<(&'static str, SurfaceStyle)> {
     let toon = |outline_width| SurfaceStyle::Toon(ToonStyle { outline_width, ..default() });
-    vec![("image-based", SurfaceStyle::ImageBased), ("toon", toon(2.0)), ("toon without outline", toon(0.0))]
+    vec![
+        ("image-based", SurfaceStyle::ImageBased),
+        ("toon", toon(2.0)),
+        ("toon without outline", toon(0.0)),
+        ("classic", SurfaceStyle::Classic(default())),
+    ]
 }
 
 /// Spheres before a wall, in one style.

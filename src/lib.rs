@@ -157,7 +157,7 @@
 //! Each shader stage keeps within WebGPU's default limits, in addition to what Bevy binds for the view, the mesh and a
 //! `StandardMaterial`:
 //!
-//! | in a fragment of an [`ArCamera`](camera::ArCamera) | WebGPU | image-based or toon surface | of it ours |
+//! | in a fragment of an [`ArCamera`](camera::ArCamera) | WebGPU | image-based, toon or classic surface | of it ours |
 //! |---|---|---|---|
 //! | sampled textures | 16 | 16 | 1 |
 //! | samplers | 16 | 13 | 1 |
@@ -264,7 +264,7 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 /// | [`unwrap::UnwrapPlugin`] | frames → environment cube |
 /// | [`prefilter::PrefilterPlugin`] | environment cube → light on every `StandardMaterial` |
 /// | [`shadows::ShadowsPlugin`] | dome of shadow directions |
-/// | [`materials::MaterialsPlugin`] | phantoms, image-based surfaces, toons |
+/// | [`materials::MaterialsPlugin`] | phantoms, image-based, toon and classic surfaces |
 /// | [`authoring::AuthoringPlugin`] | glTF extras → components |
 /// | [`debug::MirrorballDiagnosticsPlugin`] | measurements as Bevy diagnostics |
 /// | [`debug::MapViewPlugin`] | images of the environment's maps |

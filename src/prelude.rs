@@ -12,8 +12,8 @@ pub use crate::{
     },
     lighting::{RealLight, RealLightAppeared, RealLightVanished},
     materials::{
-        CameraGrain, NeighborReflections, NoNeighborReflections, ShowPhantoms, SoftPhantomEdges, SurfaceStyle,
-        ToonStyle,
+        CameraGrain, ClassicModel, ClassicStyle, CombinedModel, MixedModel, NeighborReflections, NoNeighborReflections,
+        ShowPhantoms, SoftPhantomEdges, SurfaceStyle, ToonStyle,
     },
     phantom::PhantomObject,
     prefilter::{EnvironmentState, LiveEnvironment, Refresh},

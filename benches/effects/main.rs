@@ -5,7 +5,7 @@
 //! It runs in the development profile, so that the build of `cargo test` is reused: nearly all measured work is done by
 //! the graphics driver. The columns are `case,effect,width,height,ms,base_ms,added,device`: `ms` is the median time of
 //! a frame with an effect, `base_ms` that of a frame without any, in blocks that alternate in one process, and `added`
-//! is ms ÷ base_ms − 1. The effects are `bounce` ([`ShadowDomeLight::surfels`]), `neighbors`
+//! is `ms` ÷ `base_ms` − 1. The effects are `bounce` ([`ShadowDomeLight::surfels`]), `neighbors`
 //! ([`NeighborReflections`]), `grain` ([`CameraGrain`]) and `all` of them.
 //!
 //! In the case `still` one frame of the recorded desk is shown and nothing moves, in `dance` the dancer does, and in
@@ -15,10 +15,9 @@
 
 mod desk;
 #[path = "../../examples/dance_stage/dancer.rs"]
-#[allow(dead_code, reason = "written for the example")]
 mod dancer;
 #[path = "../../examples/dance_stage/stage.rs"]
-#[allow(dead_code, reason = "written for the example")]
+#[expect(dead_code, reason = "the example needs more of it")]
 mod stage;
 
 use desk::{Case, Desk, Effect, SIZE};

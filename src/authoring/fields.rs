@@ -40,6 +40,11 @@ impl<'a> Fields<'a> {
         self.object.is_empty()
     }
 
+    /// Returns whether the object has a field.
+    pub(super) fn has(&self, field: &str) -> bool {
+        self.object.contains_key(field)
+    }
+
     /// Notes a problem that is not one of a single field.
     pub(super) fn note(&mut self, problem: ExtrasProblem) {
         self.problems.push(problem);

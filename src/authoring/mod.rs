@@ -15,8 +15,9 @@
 //! | `{"ClipRecovery": {"is_enabled": true, "paper_reflectance": 0.8, "max_gain": 1000, "evidence": "Desk"}}` | [`ClipRecovery`], beside a `LightProbeSphere`; or `"Paper"` |
 //! | `{"PhantomObject": {"casts": true, "receives": true, "reflectance": 0.8}}` | [`PhantomObject`]; the reflectance is optional and may be `[r, g, b]`, linear |
 //! | `{"ShadowDomeLight": {"directions": 64, "filter": "Gauss"}}`, all its fields | [`ShadowDomeLight`] |
-//! | `{"SurfaceStyle": "Toon"}`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and its descendants |
+//! | `{"SurfaceStyle": "Toon"}`, `"Classic"`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and its descendants |
 //! | `{"SurfaceStyle": {"Toon": {"bands": 4, "highlight": true, "outline_width": 2, "outline_color": "#000000"}}}` | the same with details |
+//! | `{"SurfaceStyle": {"Classic": {"model": "Combined", "specular": 0.5, "exponent": 50, "fresnel": 0.04}}}`, or `"GlossMap"` or `"Mixed"`, each with its coefficients | the same; all fields of [`ClassicStyle`](crate::materials::ClassicStyle) |
 //!
 //! One node may have several components. Omitted fields take the component's default. The tag family is optional;
 //! [`MarkerFamily`] lists them. Colors are sRGB. Lengths are in meters, in the node's own frame of reference; the

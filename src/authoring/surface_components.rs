@@ -3,11 +3,11 @@
 use super::{
     component::FromExtras,
     fields::Fields,
-    number_rules::{Albedo, FromZero, Whole},
-    rules::{Flag, HexColor},
+    number_rules::{Albedo, FromZero, Positive, Whole},
+    rules::{Flag, HexColor, Word},
 };
 use crate::{
-    materials::{SurfaceStyle, ToonStyle},
+    materials::{ClassicModel, ClassicStyle, CombinedModel, MixedModel, SurfaceStyle, ToonStyle},
     phantom::PhantomObject,
 };
 use bevy::prelude::*;
@@ -28,10 +28,17 @@ impl FromExtras for PhantomObject {
 impl FromExtras for SurfaceStyle {
     const EXAMPLE: &'static str =
         r##"{"Toon": {"bands": 3, "highlight": true, "outline_width": 2, "outline_color": "#000000"}}"##;
-    const WORDS: &'static [(&'static str, fn() -> Self)] =
-        &[("ImageBased", || Self::ImageBased), ("Toon", || Self::Toon(default())), ("Engine", || Self::Engine)];
+    const WORDS: &'static [(&'static str, fn() -> Self)] = &[
+        ("ImageBased", || Self::ImageBased),
+        ("Toon", || Self::Toon(default())),
+        ("Classic", || Self::Classic(default())),
+        ("Engine", || Self::Engine),
+    ];
 
     fn from_fields(fields: &mut Fields) -> Option<Self> {
+        if fields.has("Classic") {
+            return fields.required_object("Classic", "SurfaceStyle.Classic", |fields| Self::Classic(classic(fields)));
+        }
         fields.required_object("Toon", "SurfaceStyle.Toon", |fields| {
             let default = ToonStyle::default();
             let bands = Whole { min: ToonStyle::MIN_BANDS, max: ToonStyle::MAX_BANDS };
@@ -43,6 +50,52 @@ impl FromExtras for SurfaceStyle {
                 outline_color: fields.optional("outline_color", HexColor).unwrap_or(default.outline_color),
             })
         })
+    }
+}
+
+/// Reads a classic style. The coefficients stand beside the name of the model; other models do not know them.
+fn classic(fields: &mut Fields) -> ClassicStyle {
+    let model = fields.optional("model", Word(&["GlossMap", "Combined", "Mixed"]));
+    let model = match model {
+        Some("GlossMap") => ClassicModel::GlossMap,
+        Some("Mixed") => ClassicModel::Mixed(mixed(fields)),
+        _ => ClassicModel::Combined(combined(fields)),
+    };
+    let default = ClassicStyle::default();
+    let threshold = FromZero { max: ClassicStyle::MAX_REFLECTION_THRESHOLD, unit: "linear camera units" };
+    ClassicStyle {
+        model,
+        roughness: fields.optional("roughness", FromZero { max: 1.0, unit: "perceptual roughness" }),
+        refraction: fields.optional("refraction", Positive { max: ClassicStyle::MAX_REFRACTION, unit: None }),
+        fresnel: fields.optional("fresnel", FRACTION),
+        reflection_threshold: fields
+            .optional("reflection_threshold", threshold)
+            .unwrap_or(default.reflection_threshold),
+    }
+}
+
+const COEFFICIENT: FromZero = FromZero { max: ClassicStyle::MAX_COEFFICIENT, unit: "a factor" };
+const FRACTION: FromZero = FromZero { max: 1.0, unit: "a fraction" };
+
+fn combined(fields: &mut Fields) -> CombinedModel {
+    let default = CombinedModel::default();
+    let exponent = FromZero { max: ClassicStyle::MAX_EXPONENT, unit: "an exponent" };
+    let ambient = FromZero { max: ClassicStyle::MAX_COEFFICIENT, unit: "linear camera units" };
+    CombinedModel {
+        ambient: fields.optional("ambient", ambient).unwrap_or(default.ambient),
+        diffuse: fields.optional("diffuse", COEFFICIENT).unwrap_or(default.diffuse),
+        specular: fields.optional("specular", COEFFICIENT).unwrap_or(default.specular),
+        reflection: fields.optional("reflection", COEFFICIENT).unwrap_or(default.reflection),
+        exponent: fields.optional("exponent", exponent).unwrap_or(default.exponent),
+    }
+}
+
+fn mixed(fields: &mut Fields) -> MixedModel {
+    let default = MixedModel::default();
+    MixedModel {
+        base: fields.optional("base", COEFFICIENT).unwrap_or(default.base),
+        diffuse: fields.optional("diffuse", FRACTION).unwrap_or(default.diffuse),
+        mirror: fields.optional("mirror", FRACTION).unwrap_or(default.mirror),
     }
 }
 
@@ -69,7 +122,32 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_within_a_toon_are_named_with_their_place() {
+    fn a_classic_style_has_the_coefficients_of_its_model() {
+        let read = |json: Value| read_value("SurfaceStyle", &json);
+        let classic = |model| Ok(SurfaceStyle::Classic(ClassicStyle { model, ..default() }));
+        assert_eq!(read(json!("Classic")), classic(default()));
+        assert_eq!(read(json!({"Classic": {}})), classic(default()));
+        assert_eq!(read(json!({"Classic": {"model": "GlossMap"}})), classic(ClassicModel::GlossMap));
+        let model = MixedModel { base: 0.4, diffuse: 0.0, mirror: 1.0 };
+        let mixed = json!({"Classic": {"model": "Mixed", "diffuse": 0, "mirror": 1}});
+        assert_eq!(read(mixed), classic(ClassicModel::Mixed(model)));
+        let model = CombinedModel { ambient: 0.1, diffuse: 0.9, specular: 2.0, reflection: 0.3, exponent: 80.0 };
+        let all = json!({"Classic": {
+            "ambient": 0.1, "diffuse": 0.9, "specular": 2, "reflection": 0.3, "exponent": 80,
+            "roughness": 0.2, "refraction": 0.95, "fresnel": 0.04, "reflection_threshold": 1
+        }});
+        let expected = ClassicStyle {
+            model: ClassicModel::Combined(model),
+            roughness: Some(0.2),
+            refraction: Some(0.95),
+            fresnel: Some(0.04),
+            reflection_threshold: 1.0,
+        };
+        assert_eq!(read(all), Ok(SurfaceStyle::Classic(expected)));
+    }
+
+    #[test]
+    fn mistakes_within_a_style_are_named_with_their_place() {
         let mistakes = [
             (json!({"Toon": {"bands": 9}}), "SurfaceStyle.Toon.bands is 9"),
             (json!({"Toon": {"outline_width": -1}}), "SurfaceStyle.Toon.outline_width is -1"),
@@ -78,6 +156,12 @@ mod tests {
             (json!({"Toon": 3}), "SurfaceStyle.Toon is 3"),
             (json!({}), "SurfaceStyle.Toon is missing"),
             (json!({"Tune": {}, "Toon": {}}), "SurfaceStyle.Tune is unknown"),
+            (json!({"Classic": {"model": "Phong"}}), "SurfaceStyle.Classic.model is \"Phong\""),
+            (json!({"Classic": {"model": "Mixed", "exponent": 9}}), "SurfaceStyle.Classic.exponent is unknown"),
+            (json!({"Classic": {"refraction": 0}}), "SurfaceStyle.Classic.refraction is 0"),
+            (json!({"Classic": {"fresnel": 1.5}}), "SurfaceStyle.Classic.fresnel is 1.5"),
+            (json!({"Classic": {"reflection_threshold": -1}}), "SurfaceStyle.Classic.reflection_threshold is -1"),
+            (json!({"Classic": {}, "Toon": {}}), "SurfaceStyle.Toon is unknown"),
         ];
         for (json, expected) in mistakes {
             let problems = read_value("SurfaceStyle", &json).expect_err("a mistake");

@@ -30,8 +30,18 @@ fn crossfade(in: VertexOutput) {}
 
 /// Surface at a fragment, with its decals. Discards what its alpha mask cuts out.
 fn surface_of(in: VertexOutput, is_front: bool) -> PbrInput {
+    return finished_surface(sampled_surface(in, is_front));
+}
+
+/// Surface at a fragment with the alpha of its textures, whatever its alpha mode.
+fn sampled_surface(in: VertexOutput, is_front: bool) -> PbrInput {
     crossfade(in);
-    var surface = pbr_input_from_standard_material(in, is_front);
+    return pbr_input_from_standard_material(in, is_front);
+}
+
+/// The same under its alpha mode, with its decals.
+fn finished_surface(sampled: PbrInput) -> PbrInput {
+    var surface = sampled;
     surface.material.base_color = alpha_discard(surface.material, surface.material.base_color);
     apply_decals(&surface);
     return surface;

@@ -3,10 +3,10 @@
 use super::{
     SurfaceStyle,
     dome_bindings::{DomeBindings, bind_fields, define_dome},
-    neighbors::{NeighborCubes, is_mirror},
-    style::StyleExtension,
+    neighbors::is_mirror,
+    style::{SharedBindings, StyleExtension},
 };
-use crate::shadows::{DomeShader, DomeTextures};
+use crate::shadows::DomeShader;
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
@@ -78,11 +78,11 @@ impl StyleExtension for DomeShadowed {
         (has_dome && *style == SurfaceStyle::ImageBased).then_some(())
     }
 
-    fn new((): (), original: &StandardMaterial, textures: &DomeTextures, neighbors: &NeighborCubes) -> Self {
+    fn new((): (), original: &StandardMaterial, shared: &SharedBindings) -> Self {
         Self {
-            dome: textures.into(),
-            neighbors: NeighborBindings { cubes: neighbors.buffer.clone() },
-            is_mirror: neighbors.has_mirrors() && is_mirror(original),
+            dome: shared.dome.as_ref().into(),
+            neighbors: NeighborBindings { cubes: shared.neighbors.buffer.clone() },
+            is_mirror: shared.neighbors.has_mirrors() && is_mirror(original),
         }
     }
 }

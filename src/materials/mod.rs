@@ -1,13 +1,13 @@
-//! Materials: phantoms, image-based surfaces and toon surfaces.
+//! Materials: phantoms, and image-based, toon and classic surfaces.
 //!
 //! **Enters:** [`StageRole`](crate::phantom::StageRole) and [`SurfaceStyle`] of meshes, the textures of the shadow
 //! dome, the camera frame. **Leaves:** materials that show phantoms as the camera frame under virtual shadows, and
-//! extended `StandardMaterial`s whose image-based light is shadowed by the dome, shaded either smoothly or in flat
-//! toon bands.
+//! extended `StandardMaterial`s whose image-based light is shadowed by the dome, shaded smoothly, in flat toon bands or
+//! by a classic model.
 //!
-//! The `StandardMaterial` of a mesh is replaced by an [`ImageBasedMaterial`] or a [`ToonMaterial`] that extends it.
-//! Changes of the original asset are copied into the extended material. [`SurfaceStyle::Engine`] keeps or restores
-//! the original. Styles may change at any time.
+//! The `StandardMaterial` of a mesh is replaced by an [`ImageBasedMaterial`], a [`ToonMaterial`] or a
+//! [`ClassicMaterial`] that extends it. Changes of the original asset are copied into the extended material.
+//! [`SurfaceStyle::Engine`] keeps or restores the original. Styles may change at any time.
 //!
 //! # Virtual lamps on real surfaces
 //! Bevy's point, spot and directional lights illuminate phantoms that receive shadows: camera frame × (visibility
@@ -111,8 +111,36 @@
 //!
 //! Sources: Kunze 2006, who takes ramps of two to five levels over N·L and R·V of one lamp from textures, draws
 //! back faces in black lines, and switches the style per model.
+//!
+//! # Classic models
+//! Classic surfaces are sums of lookups in the environment maps of the camera. Let D be the diffuse map at the normal
+//! N (what white paper there shows), S the specular map where the view is mirrored, at the level of the roughness, a
+//! the base color and α its alpha, l what white paper facing the strongest [`RealLight`](crate::lighting::RealLight)
+//! shows of it, and H the direction halfway between that light and the view:
+//!
+//! | [`ClassicModel`] | color |
+//! |---|---|
+//! | `GlossMap` (Supan 2006) | a · mix(S, D, α) |
+//! | `Combined` (Karlsson & Selegård 2005) | a · (ambient + diffuse · D) + specular · l · max(N·H, 0)ⁿ + reflection · S |
+//! | `Mixed` | a · base · mix(1, D, diffuse) + mirror · S |
+//!
+//! Emissive light is added. All light is in frame buffer units, so that D alone is as bright as a `StandardMaterial`
+//! that reflects nothing. [`ClassicStyle`] has the options of S: a roughness of its own, refraction instead of
+//! mirroring, Fresnel's factor F + (1 − F)(1 − N·V)⁵ (Schlick 1994), and S · max(0, 1 − threshold ÷ luminance of S),
+//! which leaves lamps and windows. The highlight is absent where N·L ≤ 0. The maps contain that light, too, so a mirror
+//! with a highlight shows it twice, as in the source.
+//!
+//! Under a dome, D is multiplied with the ratio of the light that arrives, and S with the estimate for reflections. A
+//! shadow takes the highlight first: what the surface lacks is attributed to the strongest light if that contributes
+//! 30 % or more of D. Maps and lights count as far away. Textures, vertex colors, normal maps, occlusion, alpha and
+//! emissive are kept; metalness, coats and transmission are not drawn. Virtual lamps, ambient light and light probes
+//! of the engine have no effect, and neighbors are not mirrored.
+//!
+//! Cost: one lookup in each map, and under a dome one evaluation of its shadows. Software rasterizers take a third of
+//! the time of the engine's shading under a static map.
 
 mod alpha_mask;
+mod classic;
 mod dome_bindings;
 mod grain;
 mod image_based;
@@ -129,6 +157,9 @@ mod style;
 mod surface_albedo;
 mod toon;
 
+pub use classic::{
+    ClassicMaterial, ClassicShaded, exponent_from_perceptual_roughness, perceptual_roughness_from_exponent,
+};
 pub use grain::{CameraGrain, GrainMeasurement};
 pub use image_based::{DomeShadowed, ImageBasedMaterial};
 pub use neighbors::{NeighborReflections, NoNeighborReflections};
@@ -136,7 +167,7 @@ pub use outline::OutlineMaterial;
 pub use phantom::PhantomMaterial;
 pub use show_phantoms::ShowPhantoms;
 pub use soft_edges::SoftPhantomEdges;
-pub use style::{SurfaceStyle, ToonStyle};
+pub use style::{ClassicModel, ClassicStyle, CombinedModel, MixedModel, SurfaceStyle, ToonStyle};
 pub use toon::{ToonMaterial, ToonShaded};
 
 use crate::{
@@ -144,6 +175,7 @@ use crate::{
     shadows::{DomeTextures, ShadowsPlugin},
 };
 use bevy::{asset::embedded_asset, prelude::*, shader::load_shader_library};
+use style::{apply_styles, restore_originals, update_styled_materials};
 
 /// Assigns the materials of this crate to meshes.
 pub struct MaterialsPlugin;
@@ -159,10 +191,12 @@ impl Plugin for MaterialsPlugin {
         load_shader_library!(app, "engine_features.wgsl");
         load_shader_library!(app, "lamps.wgsl");
         load_shader_library!(app, "phantom_frame.wgsl");
+        load_shader_library!(app, "view_environment.wgsl");
         embedded_asset!(app, "phantom.wgsl");
         embedded_asset!(app, "phantom_prepass.wgsl");
         embedded_asset!(app, "image_based.wgsl");
         embedded_asset!(app, "toon.wgsl");
+        classic::build(app);
         outline::build(app);
         soft_edges::build(app);
         grain::build(app);
@@ -175,13 +209,16 @@ impl Plugin for MaterialsPlugin {
         .init_resource::<phantom::PhantomMaterials>()
         .init_resource::<style::StyledMaterials<DomeShadowed>>()
         .init_resource::<style::StyledMaterials<ToonShaded>>()
+        .init_resource::<style::StyledMaterials<ClassicShaded>>()
         .add_systems(
             PostUpdate,
             (
                 (phantom::update_phantom_materials, phantom::assign_phantom_materials).chain(),
-                (style::update_styled_materials::<DomeShadowed>, style::update_styled_materials::<ToonShaded>),
-                (style::restore_originals::<DomeShadowed>, style::restore_originals::<ToonShaded>),
-                (style::apply_styles::<DomeShadowed>, style::apply_styles::<ToonShaded>),
+                (update_styled_materials::<DomeShadowed>, update_styled_materials::<ToonShaded>),
+                update_styled_materials::<ClassicShaded>,
+                (restore_originals::<DomeShadowed>, restore_originals::<ToonShaded>),
+                restore_originals::<ClassicShaded>,
+                (apply_styles::<DomeShadowed>, apply_styles::<ToonShaded>, apply_styles::<ClassicShaded>),
                 (outline::erase_outlines, outline::forget_changed_hulls),
                 (outline::draw_outlines, alpha_mask::mark_alpha_masks, surface_albedo::mark_albedos),
             )
@@ -196,6 +233,7 @@ impl Plugin for MaterialsPlugin {
 
     fn finish(&self, app: &mut App) {
         phantom_draw::finish(app);
+        classic::finish(app);
         neighbors::finish(app);
     }
 }

@@ -1,7 +1,7 @@
 //! Phantom material: the camera frame under the shadows of virtual objects and the light of virtual lamps.
 
 use super::{
-    ImageBasedMaterial, ToonMaterial,
+    ClassicMaterial, ImageBasedMaterial, ToonMaterial,
     dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
     outline::Outline,
 };
@@ -166,8 +166,12 @@ pub(super) fn update_phantom_materials(
     shared.made_from = Some(sources);
 }
 
-type VirtualMaterials =
-    (MeshMaterial3d<StandardMaterial>, MeshMaterial3d<ImageBasedMaterial>, MeshMaterial3d<ToonMaterial>);
+type VirtualMaterials = (
+    MeshMaterial3d<StandardMaterial>,
+    MeshMaterial3d<ImageBasedMaterial>,
+    MeshMaterial3d<ToonMaterial>,
+    MeshMaterial3d<ClassicMaterial>,
+);
 
 type ChangedRole = (Entity, &'static StageRole, Has<MeshMaterial3d<PhantomMaterial>>);
 

@@ -9,8 +9,8 @@
 #endif
 #ifdef ENVIRONMENT_MAP
 #ifndef DEPTH_PREPASS
-#import bevy_mirrorball::materials::neighbors::captured::captured_radiance
 #import bevy_mirrorball::materials::phantom_frame::is_beyond_frame
+#import bevy_mirrorball::materials::view_environment::view_radiance
 #endif
 #endif
 #ifdef HAS_LAMPS
@@ -36,7 +36,7 @@ fn fragment(in: VertexOutput) -> FragmentOutput {
 #ifndef DEPTH_PREPASS
     // Faces of light probes have no prepass.
     if is_beyond_frame(uv_frame, in.world_position.xyz, normal) {
-        color = captured_radiance(in.world_position.xyz - phantom.captured_from.xyz);
+        color = view_radiance(in.world_position.xyz - phantom.captured_from.xyz, 0.0);
     }
 #endif
 #endif

@@ -3,10 +3,9 @@
 use super::{
     SurfaceStyle,
     dome_bindings::{DomeBindings, bind_fields, define_dome},
-    neighbors::NeighborCubes,
-    style::StyleExtension,
+    style::{SharedBindings, StyleExtension, without_layers},
 };
-use crate::shadows::{DomeShader, DomeTextures};
+use crate::shadows::DomeShader;
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
@@ -73,19 +72,13 @@ impl StyleExtension for ToonShaded {
         }
     }
 
-    fn new((bands, highlight): (u32, bool), _: &StandardMaterial, textures: &DomeTextures, _: &NeighborCubes) -> Self {
+    fn new((bands, highlight): (u32, bool), _: &StandardMaterial, shared: &SharedBindings) -> Self {
         let uniform = ToonUniform { bands: bands as f32, highlight: f32::from(highlight) };
-        Self { dome: textures.into(), bands: ToonBindings { uniform } }
+        Self { dome: shared.dome.as_ref().into(), bands: ToonBindings { uniform } }
     }
 
-    /// Removes the layers that would mirror the room sharply, and their cost: bands are matte.
+    /// Bands are matte.
     fn simplify(base: StandardMaterial) -> StandardMaterial {
-        StandardMaterial {
-            clearcoat: 0.0,
-            anisotropy_strength: 0.0,
-            specular_transmission: 0.0,
-            diffuse_transmission: 0.0,
-            ..base
-        }
+        without_layers(base)
     }
 }

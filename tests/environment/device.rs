@@ -76,6 +76,7 @@ impl Scene {
             (-0.12, SurfaceStyle::ImageBased),
             (0.0, SurfaceStyle::Toon(ToonStyle::default())),
             (0.12, SurfaceStyle::Engine),
+            (0.24, SurfaceStyle::Classic(ClassicStyle::default())),
         ] {
             let material = scene.app.world_mut().resource_mut::<Assets<StandardMaterial>>().add(Color::WHITE);
             scene.add(ball(), Vec3::new(x, 0.04, 0.0), (MeshMaterial3d(material), style));

@@ -3,6 +3,7 @@
 
 mod bounce;
 mod casters;
+mod classic;
 mod come_and_go;
 mod composition;
 mod desk;
@@ -28,5 +29,6 @@ mod simple_scenes;
 #[path = "../support/sky_cube.rs"]
 mod sky_cube;
 mod soft_edges;
+mod studio;
 mod toon;
 mod unserved_cameras;

@@ -2,7 +2,7 @@
 
 use crate::{
     debug::{MapView, ShownMap},
-    materials::{SurfaceStyle, ToonStyle},
+    materials::{ClassicStyle, SurfaceStyle, ToonStyle},
 };
 use bevy::prelude::*;
 use bevy_egui::egui;
@@ -33,13 +33,17 @@ pub(super) type StyledEntity = (Entity, Option<&'static Name>, &'static mut Surf
 pub(super) fn draw_styles(ui: &mut egui::Ui, styles: &mut Query<StyledEntity>) {
     let mut entities: Vec<_> = styles.iter_mut().collect();
     entities.sort_by(|(a, a_name, _), (b, b_name, _)| (a_name, a).cmp(&(b_name, b)));
-    egui::Grid::new("styles").num_columns(4).show(ui, |ui| {
+    egui::Grid::new("styles").num_columns(5).show(ui, |ui| {
         for (number, (entity, name, style)) in (1..).zip(&mut entities) {
             let name = name.map_or_else(|| entity.to_string(), ToString::to_string);
             ui.label(format!("{number} {name}"));
             let is_toon = matches!(**style, SurfaceStyle::Toon(_));
             if ui.selectable_label(is_toon, "toon").clicked() && !is_toon {
                 **style = SurfaceStyle::Toon(ToonStyle::default());
+            }
+            let is_classic = matches!(**style, SurfaceStyle::Classic(_));
+            if ui.selectable_label(is_classic, "classic").clicked() && !is_classic {
+                **style = SurfaceStyle::Classic(ClassicStyle::default());
             }
             for (label, choice) in [("image-based", SurfaceStyle::ImageBased), ("Bevy", SurfaceStyle::Engine)] {
                 if ui.selectable_label(**style == choice, label).clicked() {

@@ -93,7 +93,6 @@ impl Default for NeighborReflections {
 pub struct NoNeighborReflections;
 
 pub(super) fn build(app: &mut App) {
-    load_shader_library!(app, "captured.wgsl");
     load_shader_library!(app, "cube_layout.wgsl");
     load_shader_library!(app, "neighbor_cubes.wgsl");
     load_shader_library!(app, "near_reflections.wgsl");

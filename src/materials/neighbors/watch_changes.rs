@@ -3,7 +3,7 @@
 use super::neighbor_probe::{FACES, NeighborProbe};
 use crate::{
     camera::{ArCamera, CameraFrame},
-    materials::{ImageBasedMaterial, ToonMaterial},
+    materials::{ClassicMaterial, ImageBasedMaterial, ToonMaterial},
     phantom::StageRole,
     prefilter::EnvironmentState,
     shadows::{DomeState, ShadowDomeLight},
@@ -50,6 +50,7 @@ type ChangedMesh = Or<(
     Changed<MeshMaterial3d<StandardMaterial>>,
     Changed<MeshMaterial3d<ImageBasedMaterial>>,
     Changed<MeshMaterial3d<ToonMaterial>>,
+    Changed<MeshMaterial3d<ClassicMaterial>>,
 )>;
 type ChangedLight = Or<(Changed<PointLight>, Changed<SpotLight>, Changed<DirectionalLight>, Changed<ShadowDomeLight>)>;
 type ChangedCamera =

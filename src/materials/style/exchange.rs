@@ -2,12 +2,11 @@
 
 use super::{
     SurfaceStyle,
-    styled_materials::{StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material},
+    styled_materials::{SharedBindings, StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material},
 };
 use crate::{
-    materials::neighbors::NeighborCubes,
     phantom::{StageRole, nearest},
-    shadows::{DomeTextures, ShadowDomeLight},
+    shadows::ShadowDomeLight,
 };
 use bevy::{ecs::system::SystemParam, platform::collections::HashSet, prelude::*};
 
@@ -29,29 +28,28 @@ impl Styles<'_, '_> {
     }
 }
 
-/// Copies changes of the originals, of the dome's textures and of the cubes of mirrors into the styled materials.
+/// Copies changes of the originals and of the shared bindings into the styled materials.
 pub(in crate::materials) fn update_styled_materials<E: StyleExtension>(
     mut changes: MessageReader<AssetEvent<StandardMaterial>>,
     mut styled_materials: ResMut<StyledMaterials<E>>,
     mut materials: ResMut<Assets<StyledMaterial<E>>>,
     originals: Res<Assets<StandardMaterial>>,
-    textures: Res<DomeTextures>,
-    neighbors: Res<NeighborCubes>,
+    shared: SharedBindings,
 ) {
-    let identity = (textures.identity(), neighbors.buffer.id());
-    let textures_changed = styled_materials.made_with.replace(identity) != Some(identity);
+    let identity = shared.identity();
+    let bindings_changed = styled_materials.made_with.replace(identity) != Some(identity);
     let modified = |event: &AssetEvent<StandardMaterial>| match event {
         AssetEvent::Modified { id } => Some(*id),
         _ => None,
     };
     let changed: HashSet<_> = changes.read().filter_map(modified).collect();
-    if textures_changed || !changed.is_empty() {
+    if bindings_changed || !changed.is_empty() {
         for ((id, parameters), material) in &styled_materials.by_key {
-            let Some(original) = originals.get(*id).filter(|_| textures_changed || changed.contains(id)) else {
+            let Some(original) = originals.get(*id).filter(|_| bindings_changed || changed.contains(id)) else {
                 continue;
             };
             if let Some(mut material) = materials.get_mut(*material) {
-                *material = styled_material(original, *parameters, &textures, &neighbors);
+                *material = styled_material(original, *parameters, &shared);
             }
         }
     }
@@ -84,8 +82,7 @@ pub(in crate::materials) fn apply_styles<E: StyleExtension>(
     mut styled_materials: ResMut<StyledMaterials<E>>,
     mut materials: ResMut<Assets<StyledMaterial<E>>>,
     originals: Res<Assets<StandardMaterial>>,
-    textures: Res<DomeTextures>,
-    neighbors: Res<NeighborCubes>,
+    shared: SharedBindings,
     meshes: Query<PlainMesh>,
     styles: Styles,
 ) {
@@ -101,8 +98,7 @@ pub(in crate::materials) fn apply_styles<E: StyleExtension>(
         };
         let key = (material.id(), parameters);
         let existing = styled_materials.by_key.get(&key).and_then(|id| materials.get_strong_handle(*id));
-        let handle =
-            existing.unwrap_or_else(|| materials.add(styled_material(original, parameters, &textures, &neighbors)));
+        let handle = existing.unwrap_or_else(|| materials.add(styled_material(original, parameters, &shared)));
         styled_materials.by_key.insert(key, handle.id());
         commands
             .entity(mesh)

@@ -3,10 +3,12 @@
 //! **Enters:** [`SurfaceStyle`] on entities, and the `StandardMaterial`s of meshes. **Leaves:** a material that
 //! extends the original on each mesh whose style needs one, and [`Styled`], which keeps the original.
 
+mod classic_style;
 mod exchange;
 mod styled_materials;
 mod surface_style;
 
+pub use classic_style::{ClassicModel, ClassicStyle, CombinedModel, MixedModel};
 pub(super) use exchange::{Styles, apply_styles, restore_originals, update_styled_materials};
-pub(super) use styled_materials::{StyleExtension, Styled, StyledMaterials};
+pub(super) use styled_materials::{SharedBindings, StyleExtension, Styled, StyledMaterials, without_layers};
 pub use surface_style::{SurfaceStyle, ToonStyle};

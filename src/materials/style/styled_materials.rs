@@ -2,10 +2,11 @@
 
 use super::SurfaceStyle;
 use crate::{
-    materials::neighbors::NeighborCubes,
+    materials::{classic::StrongestLight, neighbors::NeighborCubes},
     shadows::{DomeIdentity, DomeTextures},
 };
 use bevy::{
+    ecs::system::SystemParam,
     material::OpaqueRendererMethod,
     pbr::{ExtendedMaterial, MaterialExtension},
     platform::collections::HashMap,
@@ -13,6 +14,24 @@ use bevy::{
     render::storage::ShaderBuffer,
 };
 use std::hash::Hash;
+
+/// Textures and buffers that styled materials share.
+#[derive(SystemParam)]
+pub(in crate::materials) struct SharedBindings<'w> {
+    pub(in crate::materials) dome: Res<'w, DomeTextures>,
+    pub(in crate::materials) neighbors: Res<'w, NeighborCubes>,
+    pub(in crate::materials) light: Res<'w, StrongestLight>,
+}
+
+/// Key of the shared bindings. Materials are remade when it changes.
+pub(super) type BindingsIdentity = (DomeIdentity, AssetId<ShaderBuffer>);
+
+impl SharedBindings<'_> {
+    /// The buffer of the strongest light is always the same.
+    pub(super) fn identity(&self) -> BindingsIdentity {
+        (self.dome.identity(), self.neighbors.buffer.id())
+    }
+}
 
 /// Extension of `StandardMaterial` that draws a style.
 pub(in crate::materials) trait StyleExtension: MaterialExtension {
@@ -24,12 +43,7 @@ pub(in crate::materials) trait StyleExtension: MaterialExtension {
     fn parameters(style: &SurfaceStyle, has_dome: bool) -> Option<Self::Parameters>;
 
     /// Returns the extension of an original, which is not simplified yet.
-    fn new(
-        parameters: Self::Parameters,
-        original: &StandardMaterial,
-        textures: &DomeTextures,
-        neighbors: &NeighborCubes,
-    ) -> Self;
+    fn new(parameters: Self::Parameters, original: &StandardMaterial, shared: &SharedBindings) -> Self;
 
     /// Removes the features of the original that the extension does not draw.
     fn simplify(base: StandardMaterial) -> StandardMaterial {
@@ -45,7 +59,7 @@ pub(super) type StyledMaterialKey<E> = (AssetId<StandardMaterial>, <E as StyleEx
 #[derive(Resource)]
 pub(in crate::materials) struct StyledMaterials<E: StyleExtension> {
     pub(super) by_key: HashMap<StyledMaterialKey<E>, AssetId<StyledMaterial<E>>>,
-    pub(super) made_with: Option<(DomeIdentity, AssetId<ShaderBuffer>)>,
+    pub(super) made_with: Option<BindingsIdentity>,
 }
 
 impl<E: StyleExtension> Default for StyledMaterials<E> {
@@ -66,9 +80,19 @@ pub(in crate::materials) struct Styled<E: StyleExtension> {
 pub(super) fn styled_material<E: StyleExtension>(
     original: &StandardMaterial,
     parameters: E::Parameters,
-    textures: &DomeTextures,
-    neighbors: &NeighborCubes,
+    shared: &SharedBindings,
 ) -> StyledMaterial<E> {
     let base = StandardMaterial { opaque_render_method: OpaqueRendererMethod::Forward, ..original.clone() };
-    ExtendedMaterial { base: E::simplify(base), extension: E::new(parameters, original, textures, neighbors) }
+    ExtendedMaterial { base: E::simplify(base), extension: E::new(parameters, original, shared) }
+}
+
+/// Removes the layers that would mirror and transmit light in ways of their own, and their cost.
+pub(in crate::materials) fn without_layers(base: StandardMaterial) -> StandardMaterial {
+    StandardMaterial {
+        clearcoat: 0.0,
+        anisotropy_strength: 0.0,
+        specular_transmission: 0.0,
+        diffuse_transmission: 0.0,
+        ..base
+    }
 }

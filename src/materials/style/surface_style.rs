@@ -1,5 +1,6 @@
 //! Surface style of an entity or a scene.
 
+use super::ClassicStyle;
 use bevy::{ecs::VariantDefaults, prelude::*};
 
 /// Shading style of a mesh, or of all meshes below the root of a spawned scene.
@@ -26,6 +27,8 @@ pub enum SurfaceStyle {
     ImageBased,
     /// Shaded in flat bands of the room's light, with an outline.
     Toon(ToonStyle),
+    /// Shaded by sums of lookups in the environment maps, as games did it before physically based materials.
+    Classic(ClassicStyle),
     /// Drawn with the original `StandardMaterial`: lit by the environment, without dome shadows.
     Engine,
 }

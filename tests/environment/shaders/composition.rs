@@ -65,13 +65,17 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
         [vec![FORWARD], vec![FORWARD, TEXTURED], vec![FORWARD, TONEMAPPED], vec![FORWARD, TEXTURED, TONEMAPPED]];
     let sets = match path.file_name().and_then(|name| name.to_str()) {
         // None is ever drawn in deferred passes.
-        Some("image_based.wgsl" | "toon.wgsl") => {
+        Some(name @ ("image_based.wgsl" | "toon.wgsl" | "classic.wgsl")) => {
             let filtered = FILTERS.map(|filter| vec![FORWARD, TEXTURED, PREPASSED, filter]);
             let multisampled = vec![FORWARD, TONEMAPPED, PREPASSED, &["KEY_LIGHTS", "SPOTS"] as &[&str]];
             let few = vec![FORWARD, TEXTURED, PREPASSED, &["SAMPLES_ONLY"] as &[&str]];
             let sorted = vec![FORWARD, TEXTURED, PREPASSED, SORTED, CROSSFADED];
             let mirrors = vec![FORWARD, TEXTURED, PREPASSED, &["NEIGHBORS"] as &[&str]];
-            forward.iter().cloned().chain(filtered).chain([multisampled, few, sorted, mirrors]).collect()
+            let far = vec![FORWARD, TEXTURED];
+            let shadowed = filtered.into_iter().chain([multisampled, few, sorted, mirrors, far]);
+            // Only classic surfaces leave out the dome where there is none.
+            let dome: &[&str] = if name == "classic.wgsl" { &["DOME"] } else { &[] };
+            forward.iter().cloned().chain(shadowed.map(|set| [set.as_slice(), &[dome]].concat())).collect()
         }
         Some("surfel_pass.wgsl") => {
             FILTERS.iter().flat_map(|filter| [vec![*filter], vec![*filter, &["KEY_LIGHTS", "SPOTS"]]]).collect()
@@ -124,7 +128,8 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let crossfaded = vec![FORWARD, PREPASSED, receiving, CROSSFADED];
             forward.iter().cloned().chain(with_shadows).chain([prepassed, lit, crossfaded]).collect()
         }
-        Some("near_reflections.wgsl" | "captured.wgsl") => forward.to_vec(),
+        Some("near_reflections.wgsl") => forward.to_vec(),
+        Some("view_environment.wgsl") => forward.iter().cloned().chain([vec![]]).collect(),
         Some("engine_features.wgsl") => vec![vec![FORWARD, TEXTURED], vec![FORWARD, TEXTURED, SORTED, CROSSFADED]],
         Some("outline.wgsl") => {
             let without_normals = vec!["MESH_PIPELINE", "VERTEX_POSITIONS", "MORPH_TARGETS"];

@@ -1,6 +1,6 @@
 //! Bands of light and shadow on toon surfaces.
 
-use super::studio::{COLOR_TOLERANCE, Picture, SIZE, Studio, ball_mesh, normals, toon};
+use crate::studio::{COLOR_TOLERANCE, Picture, SIZE, Studio, ball_mesh, normals, toon};
 use bevy::{camera::RenderTarget, prelude::*};
 use bevy_mirrorball::{camera::FramePixels, prelude::*, probe::UniformSky};
 

@@ -2,5 +2,4 @@
 
 mod bands;
 mod outline;
-mod studio;
 mod styles;

@@ -1,6 +1,6 @@
 //! Outlines: width, corners and skinned meshes.
 
-use super::studio::{EXTENT, RADIUS, SIZE, Studio, toon};
+use crate::studio::{EXTENT, RADIUS, SIZE, Studio, toon};
 use bevy::{
     mesh::{
         VertexAttributeValues,

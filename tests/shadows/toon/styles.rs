@@ -1,6 +1,6 @@
 //! Changes of surface style at run time.
 
-use super::studio::{COLOR_TOLERANCE, SIZE, Studio, ball_mesh, toon};
+use crate::studio::{COLOR_TOLERANCE, SIZE, Studio, ball_mesh, toon};
 use bevy::prelude::*;
 use bevy_mirrorball::{
     materials::{ImageBasedMaterial, OutlineMaterial, ToonMaterial},

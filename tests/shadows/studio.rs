@@ -27,12 +27,12 @@ const SKY_EDGE: usize = 32;
 const QUIET_FRAMES: u32 = 50;
 
 #[derive(Resource)]
-struct KeptShaders(#[expect(dead_code, reason = "keeps the assets loaded")] [Handle<Shader>; 4]);
+struct KeptShaders(#[expect(dead_code, reason = "keeps the assets loaded")] [Handle<Shader>; 5]);
 
 /// Loads all shaders beforehand: in a busy machine the first pictures would lack what is not there yet.
 fn load_shaders(app: &mut App) {
     let assets = app.world().resource::<AssetServer>().clone();
-    let shaders = ["image_based", "outline/outline", "phantom", "toon"]
+    let shaders = ["classic/classic", "image_based", "outline/outline", "phantom", "toon"]
         .map(|name| assets.load(format!("embedded://bevy_mirrorball/materials/{name}.wgsl")));
     let (mut quiet, mut known) = (0, 0);
     while quiet < QUIET_FRAMES || !shaders.iter().all(|shader| assets.is_loaded_with_dependencies(shader)) {
@@ -81,10 +81,15 @@ impl Studio {
         Some(studio)
     }
 
-    pub(crate) fn add(&mut self, mesh: impl Into<Mesh>, color: Color, extra: impl Bundle) -> Entity {
+    pub(crate) fn add(
+        &mut self,
+        mesh: impl Into<Mesh>,
+        material: impl Into<StandardMaterial>,
+        extra: impl Bundle,
+    ) -> Entity {
         let world = self.app.world_mut();
         let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-        let material = world.resource_mut::<Assets<StandardMaterial>>().add(color);
+        let material = world.resource_mut::<Assets<StandardMaterial>>().add(material.into());
         world.spawn((Mesh3d(mesh), MeshMaterial3d(material), extra)).id()
     }
 
@@ -102,6 +107,12 @@ impl Studio {
         let sky = texels(SKY_EDGE, |dir| radiance(dir.as_vec3()).as_dvec3());
         let source = self.app.world_mut().resource_mut::<Assets<Image>>().add(cube_image(SKY_EDGE, &sky));
         self.app.world_mut().entity_mut(self.camera).insert(LiveEnvironment::new(source));
+    }
+
+    /// Replaces the ball.
+    pub(crate) fn set_ball(&mut self, material: impl Into<StandardMaterial>, style: SurfaceStyle) {
+        let ball = self.add(ball_mesh(), material, style);
+        self.app.world_mut().despawn(std::mem::replace(&mut self.ball, ball));
     }
 
     pub(crate) fn set_style(&mut self, style: SurfaceStyle) {

@@ -1,0 +1,104 @@
+//! Classic material: a `StandardMaterial` shaded by sums of lookups in the environment maps.
+
+use super::classic_uniform::ClassicUniform;
+use crate::{
+    materials::{
+        dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
+        style::{SharedBindings, StyleExtension, SurfaceStyle, without_layers},
+    },
+    shadows::DomeShader,
+};
+use bevy::{
+    mesh::MeshVertexBufferLayoutRef,
+    pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
+    prelude::*,
+    render::{
+        render_resource::{AsBindGroup, RenderPipelineDescriptor, SpecializedMeshPipelineError},
+        storage::ShaderBuffer,
+    },
+    shader::ShaderRef,
+};
+
+/// `StandardMaterial` shaded by sums of lookups in the environment maps.
+pub type ClassicMaterial = ExtendedMaterial<StandardMaterial, ClassicShaded>;
+
+/// Extension of `StandardMaterial` that makes a [`ClassicMaterial`]. Managed by the crate: use
+/// [`SurfaceStyle::Classic`].
+#[derive(Asset, TypePath, Clone, Debug)]
+pub struct ClassicShaded {
+    dome: DomeBindings,
+    light: LightBindings,
+    classic: ClassicBindings,
+    has_dome: bool,
+}
+
+bind_fields!(ClassicShaded, ClassicKey, dome: DomeBindings, light: LightBindings, classic: ClassicBindings);
+
+#[derive(AsBindGroup, Clone, Debug)]
+struct LightBindings {
+    #[storage(105, read_only, visibility(fragment))]
+    strongest: Handle<ShaderBuffer>,
+}
+
+#[derive(AsBindGroup, Clone, Debug)]
+struct ClassicBindings {
+    #[uniform(106)]
+    uniform: ClassicUniform,
+}
+
+/// Permutation of the shader.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct ClassicKey {
+    dome: DomeShader,
+    /// Whether there is a dome. Without, the shader has no code for it.
+    has_dome: bool,
+}
+
+impl From<&ClassicShaded> for ClassicKey {
+    fn from(extension: &ClassicShaded) -> Self {
+        Self { dome: extension.dome.shader, has_dome: extension.has_dome }
+    }
+}
+
+impl MaterialExtension for ClassicShaded {
+    fn fragment_shader() -> ShaderRef {
+        "embedded://bevy_mirrorball/materials/classic/classic.wgsl".into()
+    }
+
+    fn specialize(
+        _: &MaterialExtensionPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _: &MeshVertexBufferLayoutRef,
+        key: MaterialExtensionKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        let ClassicKey { dome, has_dome } = key.bind_group_data;
+        define_dome(descriptor, dome, key.mesh_key);
+        define_in_fragment(descriptor, has_dome.then(|| "DOME".into()));
+        Ok(())
+    }
+}
+
+impl StyleExtension for ClassicShaded {
+    /// Coefficients, and whether there is a dome.
+    type Parameters = (ClassicUniform, bool);
+
+    fn parameters(style: &SurfaceStyle, has_dome: bool) -> Option<(ClassicUniform, bool)> {
+        match style {
+            SurfaceStyle::Classic(classic) => Some((classic.into(), has_dome)),
+            _ => None,
+        }
+    }
+
+    fn new((uniform, has_dome): (ClassicUniform, bool), _: &StandardMaterial, shared: &SharedBindings) -> Self {
+        Self {
+            dome: shared.dome.as_ref().into(),
+            light: LightBindings { strongest: shared.light.buffer.clone() },
+            classic: ClassicBindings { uniform },
+            has_dome,
+        }
+    }
+
+    fn simplify(base: StandardMaterial) -> StandardMaterial {
+        without_layers(base)
+    }
+}
