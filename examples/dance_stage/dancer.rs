@@ -101,10 +101,12 @@ pub(crate) fn dance(
 ) {
     for (mut dancer, children) in &mut dancers {
         let pose = Pose::at(dance.beats);
-        dancer.rotation = Quat::from_rotation_y(pose.turn);
+        // What stays where it is does not count as changed, so that nothing is drawn anew for it.
+        let turned = Transform { rotation: Quat::from_rotation_y(pose.turn), ..*dancer };
+        dancer.set_if_neq(turned);
         for child in children {
             if let Ok((part, mut transform)) = parts.get_mut(*child) {
-                *transform = pose.place(*part);
+                transform.set_if_neq(pose.place(*part));
             }
         }
     }
