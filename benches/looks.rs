@@ -5,50 +5,41 @@
 //!
 //! It runs in the development profile, so that the build of `cargo test` is reused: all measured work is done by the
 //! graphics driver. Spheres before a wall fill the picture, in blocks that alternate in one process. The columns are
-//! `style,ours_ms,engine_ms,ratio`. `--size 640x480` is the size of the picture, `--blocks N` the number of blocks.
+//! `style,ours_ms,engine_ms,ratio`; `--blocks N` is the number of blocks.
+
+mod support;
 
 use bevy::{
     camera::Exposure,
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     light::{EnvironmentMapLight, GlobalAmbientLight},
     prelude::*,
-    render::{
-        RenderApp,
-        render_resource::{PollType, TextureUsages},
-        renderer::RenderDevice,
-    },
 };
 use bevy_mirrorball::{
-    environment_map::CubePixels, headless, materials::MaterialsPlugin, phantom::PhantomPlugin, prelude::*,
-    shadows::ShadowsPlugin,
+    headless, materials::MaterialsPlugin, phantom::PhantomPlugin, prelude::*, shadows::ShadowsPlugin,
 };
-use std::{fmt::Write, path::PathBuf, time::Instant};
+use std::{fmt::Write, path::PathBuf};
+use support::{Outcome, alternate, frame_time, gray_sky, median, save};
 
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
-
+/// Size of the picture in pixels.
+const SIZE: UVec2 = UVec2::new(640, 480);
 /// Number of frames in a block, and before the first.
 const BLOCK: usize = 4;
 const WARM_UP: usize = 6;
 
 struct Options {
     csv: Option<PathBuf>,
-    size: UVec2,
     blocks: usize,
 }
 
 impl Options {
     fn from_command_line() -> Outcome<Self> {
         use lexopt::prelude::*;
-        let mut options = Self { csv: None, size: UVec2::new(640, 480), blocks: 10 };
+        let mut options = Self { csv: None, blocks: 10 };
         let mut parser = lexopt::Parser::from_env();
         while let Some(argument) = parser.next()? {
             match argument {
                 Long("csv") => options.csv = Some(parser.value()?.into()),
-                Long("size") => {
-                    let text = parser.value()?.string()?;
-                    let (width, height) = text.split_once('x').ok_or("--size: write it as 640x480")?;
-                    options.size = UVec2::new(width.parse()?, height.parse()?).max(UVec2::ONE);
-                }
                 Long("blocks") => options.blocks = parser.value()?.parse::<usize>()?.max(1),
                 // Cargo passes this to every benchmark.
                 Long("bench") => (),
@@ -74,19 +65,15 @@ fn styles() -> Vec<(&'static str, SurfaceStyle)> {
 struct Gallery(App);
 
 impl Gallery {
-    fn new(style: SurfaceStyle, size: UVec2) -> Outcome<Self> {
+    fn new(style: SurfaceStyle) -> Outcome<Self> {
         let mut app = headless::build_app(headless::default_plugins(), |app| {
             app.add_plugins((PhantomPlugin, ShadowsPlugin, MaterialsPlugin));
         })?;
-        let (_, target) = headless::add_target(&mut app, size);
+        let (_, target) = headless::add_target(&mut app, SIZE);
         let world = app.world_mut();
         world.insert_resource(GlobalAmbientLight::NONE);
         world.spawn(ShadowDomeLight::default());
-        // A gray sky that is brighter overhead, as a file would give it: nothing on the GPU writes it.
-        let sky = |i: u32| Vec3::splat(if i / 256 == 2 { 1.0 } else { 0.4 });
-        let mut map = CubePixels { edge: 16, texels: (0..6 * 256).map(sky).collect() }.to_image();
-        map.texture_descriptor.usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
-        let map = world.resource_mut::<Assets<Image>>().add(map);
+        let map = gray_sky(&mut world.resource_mut::<Assets<Image>>());
         world.spawn((
             Camera3d::default(),
             Transform::from_xyz(0.0, 0.0, 2.4),
@@ -110,24 +97,9 @@ impl Gallery {
             world.spawn((ChildOf(root), Mesh3d(ball.clone()), MeshMaterial3d(paint.clone()), place));
         }
         headless::settle(&mut app)?;
-        let mut gallery = Self(app);
-        (0..WARM_UP).try_for_each(|_| gallery.frame().map(drop))?;
-        Ok(gallery)
+        (0..WARM_UP).try_for_each(|_| frame_time(&mut app).map(drop))?;
+        Ok(Self(app))
     }
-
-    /// Renders one frame and returns the time until the GPU has finished it, in milliseconds.
-    fn frame(&mut self) -> Outcome<f64> {
-        let started = Instant::now();
-        headless::update(&mut self.0)?;
-        // A lost device does not respond; the next frame reports it.
-        let _ = self.0.sub_app(RenderApp).world().resource::<RenderDevice>().poll(PollType::wait_indefinitely());
-        Ok(started.elapsed().as_secs_f64() * 1e3)
-    }
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 fn main() -> Outcome<()> {
@@ -135,31 +107,21 @@ fn main() -> Outcome<()> {
     let engine = ("engine", SurfaceStyle::Engine);
     let mut galleries = std::iter::once(engine)
         .chain(styles())
-        .map(|(name, style)| Ok((name, Gallery::new(style, options.size)?, Vec::new())))
+        .map(|(name, style)| Ok((name, Gallery::new(style)?, Vec::new())))
         .collect::<Outcome<Vec<_>>>()?;
-    for block in 0..options.blocks {
-        let count = galleries.len();
-        for i in 0..count {
-            // In alternating order, so that no style always runs on the warmer machine.
-            let (_, gallery, times) = &mut galleries[if block % 2 == 0 { i } else { count - 1 - i }];
-            for _ in 0..BLOCK {
-                times.push(gallery.frame()?);
-            }
+    alternate(&mut galleries, options.blocks, |(_, gallery, times)| {
+        for _ in 0..BLOCK {
+            times.push(frame_time(&mut gallery.0)?);
         }
-    }
+        Ok(())
+    })?;
     let mut csv = "style,ours_ms,engine_ms,ratio\n".to_owned();
-    let engine_ms = median(&mut galleries[0].2);
-    for (name, _, times) in &mut galleries[1..] {
+    let engine_ms = median(&galleries[0].2);
+    for (name, _, times) in &galleries[1..] {
         let ours_ms = median(times);
         let ratio = ours_ms / engine_ms;
         println!("{name}: {ours_ms:.1} ms, engine {engine_ms:.1} ms, ratio {ratio:.3}");
         writeln!(csv, "{name},{ours_ms:.3},{engine_ms:.3},{ratio:.4}")?;
     }
-    match options.csv {
-        Some(path) => {
-            std::fs::write(&path, csv).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-        }
-        None => print!("{csv}"),
-    }
-    Ok(())
+    save(&csv, options.csv)
 }

@@ -1,18 +1,12 @@
 //! The dance stage on the recorded desk, with one effect.
 
-use crate::{Outcome, dancer, stage};
-use bevy::{
-    gltf::GltfAssetLabel,
-    prelude::*,
-    render::{
-        RenderApp,
-        render_resource::PollType,
-        renderer::{RenderAdapterInfo, RenderDevice},
-    },
-    time::TimeUpdateStrategy,
+use crate::{
+    dancer, stage,
+    support::{Outcome, frame_time},
 };
+use bevy::{gltf::GltfAssetLabel, prelude::*, time::TimeUpdateStrategy};
 use bevy_mirrorball::{headless, materials::NeighborReflections, prelude::*, probe::is_lit_by_measurement};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Size of the picture, that of the recording.
 pub(crate) const SIZE: UVec2 = UVec2::new(640, 480);
@@ -72,7 +66,7 @@ impl Effect {
 
 /// The stage with one effect, or with none.
 pub(crate) struct Desk {
-    app: App,
+    pub(crate) app: App,
 }
 
 impl Desk {
@@ -110,24 +104,7 @@ impl Desk {
         if case == Case::Live {
             world.entity_mut(camera).insert(CameraFeed::clip(CLIP).with_pace(FeedPace::Lockstep));
         }
-        let mut desk = Self { app };
-        for _ in 0..WARM_UP {
-            desk.frame()?;
-        }
-        Ok(desk)
-    }
-
-    /// Renders one frame and returns the time until the GPU has finished it, in milliseconds.
-    pub(crate) fn frame(&mut self) -> Outcome<f64> {
-        let started = Instant::now();
-        headless::update(&mut self.app)?;
-        // A lost device does not respond; the next frame reports it.
-        let _ = self.app.sub_app(RenderApp).world().resource::<RenderDevice>().poll(PollType::wait_indefinitely());
-        Ok(started.elapsed().as_secs_f64() * 1e3)
-    }
-
-    pub(crate) fn device(&self) -> String {
-        let info = self.app.sub_app(RenderApp).world().resource::<RenderAdapterInfo>();
-        format!("{} {}", info.name, info.driver_info).replace(',', ";")
+        (0..WARM_UP).try_for_each(|_| frame_time(&mut app).map(drop))?;
+        Ok(Self { app })
     }
 }

@@ -19,11 +19,12 @@ mod dancer;
 #[path = "../../examples/dance_stage/stage.rs"]
 #[expect(dead_code, reason = "the example needs more of it")]
 mod stage;
+#[path = "../support/mod.rs"]
+mod support;
 
 use desk::{Case, Desk, Effect, SIZE};
 use std::{fmt::Write, path::PathBuf};
-
-type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+use support::{Outcome, alternate, device_name, frame_time, median, save};
 
 /// Number of frames in a block.
 const BLOCK: usize = 4;
@@ -69,11 +70,6 @@ fn chosen<T: Copy>(option: &str, all: &[T], name_of: fn(T) -> &'static str, name
         .collect()
 }
 
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
 fn main() -> Outcome<()> {
     let options = Options::from_command_line()?;
     let mut csv = "case,effect,width,height,ms,base_ms,added,device\n".to_owned();
@@ -81,18 +77,14 @@ fn main() -> Outcome<()> {
         let effects = std::iter::once(None).chain(options.effects.iter().copied().map(Some));
         let mut desks =
             effects.map(|effect| Ok((effect, Desk::new(case, effect)?, Vec::new()))).collect::<Outcome<Vec<_>>>()?;
-        for block in 0..options.blocks {
-            let count = desks.len();
-            for i in 0..count {
-                // In alternating order, so that no effect always runs on the warmer machine.
-                let (_, desk, times) = &mut desks[if block % 2 == 0 { i } else { count - 1 - i }];
-                for _ in 0..BLOCK {
-                    times.push(desk.frame()?);
-                }
+        alternate(&mut desks, options.blocks, |(_, desk, times)| {
+            for _ in 0..BLOCK {
+                times.push(frame_time(&mut desk.app)?);
             }
-        }
+            Ok(())
+        })?;
         let mut base = f64::NAN;
-        for (effect, desk, times) in &mut desks {
+        for (effect, desk, times) in &desks {
             let ms = median(times);
             let Some(effect) = effect else {
                 base = ms;
@@ -100,14 +92,14 @@ fn main() -> Outcome<()> {
             };
             let (case, effect, added) = (case.name(), effect.name(), ms / base - 1.0);
             println!("{case}, {effect}: {ms:.1} ms, {base:.1} ms without, {added:+.3}");
-            writeln!(csv, "{case},{effect},{},{},{ms:.3},{base:.3},{added:.4},{}", SIZE.x, SIZE.y, desk.device())?;
+            writeln!(
+                csv,
+                "{case},{effect},{},{},{ms:.3},{base:.3},{added:.4},{}",
+                SIZE.x,
+                SIZE.y,
+                device_name(&desk.app)
+            )?;
         }
     }
-    match options.csv {
-        Some(path) => {
-            std::fs::write(&path, csv).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-        }
-        None => print!("{csv}"),
-    }
-    Ok(())
+    save(&csv, options.csv)
 }

@@ -23,10 +23,13 @@
 
 mod options;
 mod stage;
+#[path = "../support/mod.rs"]
+mod support;
 
-use options::{Case, Method, Options, Outcome};
+use options::{Case, Method, Options};
 use stage::{CASTERS, Stage};
 use std::{collections::BTreeMap, fmt::Write};
+use support::{Outcome, median, save};
 
 /// Number of frames in a block.
 const BLOCK: usize = 3;
@@ -37,12 +40,6 @@ const SETTLING: usize = 17;
 
 /// Milliseconds by case, method and label of a pass; the frame as a whole has an empty label.
 type Times = BTreeMap<(Case, Method, String), Vec<f64>>;
-
-fn median(values: &[f64]) -> f64 {
-    let mut values = values.to_vec();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
 
 /// Measures all methods in blocks that alternate.
 fn measure(stages: &mut [(Method, Stage)], options: &Options) -> Times {
@@ -125,9 +122,5 @@ fn main() -> Outcome<()> {
             }
         }
     }
-    match options.csv {
-        Some(path) => std::fs::write(path, csv)?,
-        None => print!("{csv}"),
-    }
-    Ok(())
+    save(&csv, options.csv)
 }

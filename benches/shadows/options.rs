@@ -1,10 +1,9 @@
 //! Command line of the benchmark: what is measured, and against what.
 
+use crate::support::Outcome;
 use bevy::math::UVec2;
 use bevy_mirrorball::shadows::VisibilitySamples;
 use std::{path::PathBuf, str::FromStr};
-
-pub(crate) type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 /// Number of directions that are redrawn in a frame in which casters move.
 pub(crate) const REFRESHED: u32 = 16;

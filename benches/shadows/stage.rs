@@ -1,6 +1,9 @@
 //! The scene that is measured, with the shadows of one method.
 
-use crate::options::{Case, Method, Options, Outcome, REFRESHED};
+use crate::{
+    options::{Case, Method, Options, REFRESHED},
+    support::{Outcome, device_name, gray_sky},
+};
 use bevy::{
     camera::Exposure,
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
@@ -8,16 +11,11 @@ use bevy::{
     light::{EnvironmentMapLight, GlobalAmbientLight, NotShadowCaster},
     pbr::ScreenSpaceAmbientOcclusion,
     prelude::*,
-    render::{
-        RenderApp,
-        diagnostic::RenderDiagnosticsPlugin,
-        render_resource::{PollType, TextureUsages},
-        renderer::{RenderAdapterInfo, RenderDevice},
-    },
+    render::{RenderApp, diagnostic::RenderDiagnosticsPlugin, render_resource::PollType, renderer::RenderDevice},
 };
 use bevy_mirrorball::{
-    environment_map::CubePixels, headless, lighting::RealLight, materials::MaterialsPlugin, phantom::PhantomPlugin,
-    prelude::*, shadows::ShadowsPlugin,
+    headless, lighting::RealLight, materials::MaterialsPlugin, phantom::PhantomPlugin, prelude::*,
+    shadows::ShadowsPlugin,
 };
 use std::time::Instant;
 
@@ -55,13 +53,7 @@ impl Stage {
         let (_, target) = headless::add_target(&mut app, options.size);
         let world = app.world_mut();
         world.insert_resource(GlobalAmbientLight::NONE);
-        // A gray sky that is brighter overhead.
-        let sky = |i: u32| Vec3::splat(if i / 256 == 2 { 1.0 } else { 0.4 });
-        let cube = CubePixels { edge: 16, texels: (0..6 * 256).map(sky).collect() };
-        let mut map = cube.to_image();
-        // A map of a file: nothing on the GPU writes it.
-        map.texture_descriptor.usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
-        let map = world.resource_mut::<Assets<Image>>().add(map);
+        let map = gray_sky(&mut world.resource_mut::<Assets<Image>>());
         let camera = world
             .spawn((
                 Camera3d::default(),
@@ -147,8 +139,7 @@ impl Stage {
     }
 
     pub(crate) fn device(&self) -> String {
-        let info = self.app.sub_app(RenderApp).world().resource::<RenderAdapterInfo>();
-        format!("{} {}", info.name, info.driver_info).replace(',', ";")
+        device_name(&self.app)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     SurfaceStyle,
-    dome_bindings::{DomeBindings, bind_fields, define_dome},
+    dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
     neighbors::is_mirror,
     style::{SharedBindings, StyleExtension},
 };
@@ -64,9 +64,7 @@ impl MaterialExtension for DomeShadowed {
     ) -> Result<(), SpecializedMeshPipelineError> {
         let ImageBasedKey { dome, is_mirror } = key.bind_group_data;
         define_dome(descriptor, dome, key.mesh_key);
-        if let Some(fragment) = descriptor.fragment.as_mut().filter(|_| is_mirror) {
-            fragment.shader_defs.push("NEIGHBORS".into());
-        }
+        define_in_fragment(descriptor, is_mirror.then(|| "NEIGHBORS".into()));
         Ok(())
     }
 }

@@ -119,6 +119,27 @@ impl Series {
     }
 }
 
+/// Maximum relative error of the light of a lamp 2° wide, which spans a few pixels of the ball.
+const SMALL_LAMP_TOLERANCE: f32 = 0.2;
+
+#[test]
+fn a_shorter_exposure_tells_the_color_of_a_small_lamp() {
+    let red = (Vec3::new(1.0, 0.75, 0.2), Vec3::new(1600.0, 240.0, 160.0));
+    let white = (Vec3::new(-1.0, 0.75, 0.2), Vec3::splat(1600.0));
+    let mut desk = TracedDesk::new(&|dir| Vec3::new(0.25, 0.3, 0.4) * (0.5 + 0.5 * dir.y));
+    desk.lamps = [red, white].map(|(dir, radiance)| Lamp::far(dir, 0.02, radiance)).to_vec();
+    let picture = DeskFrame {
+        bracketed_exposures: [0.03, 0.001].map(|exposure| desk.shorter(exposure)).to_vec(),
+        ..desk.picture()
+    };
+    let solved = solve_light(&picture, &mut SolverCache::default()).expect("ball and paper are in view");
+    let facing_it = red.0.normalize();
+    let truth = desk.irradiance_from_above(facing_it);
+    let off = ((irradiance_from_above(&solved, facing_it) - truth) / truth).abs();
+    println!("irradiance {truth}, off by {off}");
+    assert!(off.max_element() < SMALL_LAMP_TOLERANCE);
+}
+
 #[test]
 fn a_series_of_exposures_tells_how_bright_each_lamp_is_without_the_desk() {
     let series = Series::new();

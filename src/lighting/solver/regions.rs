@@ -18,19 +18,7 @@ pub(super) struct Region {
     pub rms_radius: f32,
 }
 
-/// Largest solid angle of a lamp, steradian. Wider lights may be parts of the sky.
-const MAX_LAMP_SOLID_ANGLE: f32 = 0.02;
-/// Largest factor between the gain of a lamp in a channel and that with the color of the light as a whole. Without it,
-/// the errors of everything else can make a faint lamp blue or green.
-const MAX_LAMP_TINT: f64 = 1.5;
-
 impl Region {
-    /// Largest factor between the gain in a channel and that with the color of the light as a whole: lamps are close
-    /// to white, skies may have any color.
-    pub(super) fn max_tint(&self) -> f64 {
-        if self.solid_angle < MAX_LAMP_SOLID_ANGLE { MAX_LAMP_TINT } else { f64::INFINITY }
-    }
-
     /// Describes a group of cells, each with its weight.
     pub(super) fn new(cells: Vec<usize>, sky: &[RadianceCell], weight: &impl Fn(usize) -> f32) -> Self {
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);

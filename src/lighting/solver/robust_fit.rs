@@ -10,6 +10,7 @@ use super::{
     sample_points::Surface,
 };
 use crate::{least_squares::NormalEquations, median::median_by};
+use std::ops::RangeInclusive;
 
 /// Fit of the mean of the channels.
 pub(super) struct GrayFit {
@@ -37,6 +38,11 @@ const SMALL_LIGHT_PRIOR: f64 = 1e-6;
 const SMOOTHNESS_WEIGHT: f64 = 10.0;
 /// Weight of the prior that each light has the color of the light as a whole.
 const COLOR_PRIOR_WEIGHT: f64 = 4.0;
+/// Largest solid angle of a lamp, steradian. Wider lights may be parts of the sky.
+const MAX_LAMP_SOLID_ANGLE: f32 = 0.02;
+/// Largest factor between the gain of a lamp in a channel and that with the color of the light as a whole. Without it,
+/// the errors of everything else can make a faint lamp blue or green.
+const MAX_LAMP_TINT: f64 = 1.5;
 /// Relative uncertainty of a reading from a darker view.
 const READING_UNCERTAINTY: f64 = 0.05;
 /// Weight of a reading, in points of the desk. It shows the lamp itself.
@@ -176,8 +182,8 @@ impl Problem<'_> {
             system.add(&[(regions + k, 1.0)], 2.0, 1e-6);
         }
         let mut floor = vec![0.0; n];
-        for ((floor, expected), region) in floor.iter_mut().zip(prior.into_iter().flatten()).zip(self.regions) {
-            *floor = expected / region.max_tint();
+        for (r, expected) in prior.into_iter().flatten().enumerate() {
+            floor[r] = *self.gains_of_lamp(r, *expected).start();
         }
         for GainReading { region, gain, is_bound } in &self.readings {
             if is_bound[channel] {
@@ -189,6 +195,15 @@ impl Problem<'_> {
         }
         let start: Vec<f64> = x.iter().chain(inverse_albedos).copied().collect();
         (system.solve(&start, &floor), system)
+    }
+
+    /// Extra gains that a region may have in a channel, given that with the color of the light as a whole: lamps are
+    /// close to white, unless a darker view shows their color. Skies may have any color, and so may the sun.
+    pub(super) fn gains_of_lamp(&self, region: usize, expected: f64) -> RangeInclusive<f64> {
+        let is_lamp = self.regions[region].solid_angle < MAX_LAMP_SOLID_ANGLE
+            && self.small_region() != Some(region)
+            && self.readings.iter().all(|reading| reading.region != region);
+        if is_lamp { expected / MAX_LAMP_TINT..=expected * MAX_LAMP_TINT } else { 0.0..=f64::INFINITY }
     }
 
     /// Color of the missing light ÷ its gray.

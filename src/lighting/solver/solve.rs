@@ -159,8 +159,8 @@ impl Problem<'_> {
                 albedos = all[regions..].to_vec();
             }
             for (region, (gain, x)) in gains.iter_mut().zip(&solved).enumerate() {
-                let max_tinted = self.regions[region].max_tint() * prior[region];
-                gain[channel] = 1.0 + x.min(max_tinted).min(max_gain(region)) as f32;
+                let max_of_lamp = *self.gains_of_lamp(region, prior[region]).end();
+                gain[channel] = 1.0 + x.min(max_of_lamp).min(max_gain(region)) as f32;
             }
             paper_ratio[channel] = self.paper_ratio(channel, &solved);
         }

@@ -11,6 +11,7 @@
 #import bevy_mirrorball::shadows::render::surfels::{BouncedLight, add_bounced, light_of_surfel}
 #import bevy_mirrorball::shadows::render::visibility_surfaces::{STEP, Surface, TILE, is_phantom, place_in_square}
 
+/// Number of threads of a workgroup, no fewer than there are words in `found`.
 const THREADS: u32 = TILE * TILE;
 /// Number of words with a bit for each surfel that the samples at one place in a square read.
 const WORDS: u32 = MAX_SURFELS / (32u * STEP);
@@ -84,16 +85,18 @@ fn find_surfels(here: Surface, receives: bool, thread: u32) {
         atomicStore(&found[thread], 0u);
     }
     workgroupBarrier();
-    if thread < TILE {
+    if thread < TILE && results.lit.count > 0u {
         row_bounds[thread] = bounds_of_row(thread);
     }
     workgroupBarrier();
-    let bounds = bounds_of_tile();
-    let count = select(0u, results.lit.count, bounds.low_place.x <= bounds.high_place.x);
-    for (var i = thread; i < count; i += THREADS) {
-        if may_send_light(i, bounds) {
-            let at = i / STEP;
-            atomicOr(&found[(i % STEP) * WORDS + at / 32u], 1u << (at % 32u));
+    if results.lit.count > 0u {
+        let bounds = bounds_of_tile();
+        let count = select(0u, results.lit.count, bounds.low_place.x <= bounds.high_place.x);
+        for (var i = thread; i < count; i += THREADS) {
+            if may_send_light(i, bounds) {
+                let at = i / STEP;
+                atomicOr(&found[(i % STEP) * WORDS + at / 32u], 1u << (at % 32u));
+            }
         }
     }
     workgroupBarrier();
