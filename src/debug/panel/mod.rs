@@ -49,13 +49,13 @@ impl Plugin for MirrorballPanelPlugin {
 pub struct MirrorballPanel {
     /// Whether the panel is shown. Defaults to `true`.
     pub is_open: bool,
-    /// Width in logical pixels. Defaults to 340.
+    /// Width in logical pixels. Defaults to 370.
     pub width: f32,
 }
 
 impl Default for MirrorballPanel {
     fn default() -> Self {
-        Self { is_open: true, width: 340.0 }
+        Self { is_open: true, width: 370.0 }
     }
 }
 
