@@ -51,12 +51,18 @@ impl Scene {
     }
 
     /// Faces drawn in twenty frames in which nothing changes, after those in which the last readback is forgotten: it
-    /// pauses the camera, and with it the dome's visibility pass.
+    /// pauses the camera, and with it the dome's visibility pass. The box is put where it is in every frame.
     fn faces_without_changes(&mut self) -> usize {
         for _ in 0..8 {
             self.desk.app.update();
         }
-        (0..20).map(|_| self.faces_in_next_frame()).sum()
+        (0..20)
+            .map(|_| {
+                let mut place = self.desk.app.world_mut().get_mut::<Transform>(self.red_box).expect("it is somewhere");
+                place.set_changed();
+                self.faces_in_next_frame()
+            })
+            .sum()
     }
 
     fn shoot(&mut self) -> Shot {

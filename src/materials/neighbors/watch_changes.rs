@@ -10,7 +10,7 @@ use crate::{
 };
 use bevy::{
     camera::Exposure,
-    ecs::system::SystemParam,
+    ecs::{entity::EntityHashMap, system::SystemParam},
     mesh::morph::MeshMorphWeights,
     prelude::*,
     render::{
@@ -40,8 +40,8 @@ fn count_pipelines(compiled: Res<CompiledPipelines>, cache: Res<PipelineCache>) 
     compiled.0.store(count, Ordering::Relaxed);
 }
 
-/// Any thing but a camera or a probe that has moved, joints of skins too.
-type Moved = (Changed<GlobalTransform>, Without<Camera>, Without<NeighborProbe>);
+/// Any thing but a camera or a probe whose place was written, joints of skins too.
+type Placed = (Changed<GlobalTransform>, Without<Camera>, Without<NeighborProbe>);
 type ChangedMesh = Or<(
     Changed<Mesh3d>,
     Changed<StageRole>,
@@ -53,13 +53,32 @@ type ChangedMesh = Or<(
     Changed<MeshMaterial3d<ClassicMaterial>>,
 )>;
 type ChangedLight = Or<(Changed<PointLight>, Changed<SpotLight>, Changed<DirectionalLight>, Changed<ShadowDomeLight>)>;
-type ChangedCamera =
-    Or<(Changed<CameraFrame>, Changed<GlobalTransform>, Changed<Exposure>, Changed<AmbientLight>, Changed<ArCamera>)>;
+type ChangedCamera = Or<(Changed<CameraFrame>, Changed<Exposure>, Changed<AmbientLight>, Changed<ArCamera>)>;
+type PlacedCamera = (With<ArCamera>, Changed<GlobalTransform>);
+type Placement = (Entity, &'static GlobalTransform);
+
+/// Last places of what has moved: games write equal places too.
+#[derive(Default)]
+pub(super) struct Places(EntityHashMap<GlobalTransform>);
+
+impl Places {
+    /// Keeps the places, and returns whether one is new.
+    fn update<'a>(&mut self, placed: impl Iterator<Item = (Entity, &'a GlobalTransform)>) -> bool {
+        let mut has_moved = false;
+        for (entity, place) in placed {
+            has_moved |= self.0.insert(entity, *place) != Some(*place);
+        }
+        has_moved
+    }
+}
 
 /// What mirrors show.
 #[derive(SystemParam)]
 pub(super) struct Surroundings<'w, 's> {
-    moved: Query<'w, 's, (), Moved>,
+    placed: Query<'w, 's, Placement, Placed>,
+    placed_cameras: Query<'w, 's, Placement, PlacedCamera>,
+    places: Local<'s, Places>,
+    unplaced: RemovedComponents<'w, 's, GlobalTransform>,
     meshes: Query<'w, 's, (), (With<Mesh3d>, ChangedMesh)>,
     lights: Query<'w, 's, (), ChangedLight>,
     cameras: Query<'w, 's, (), (With<ArCamera>, ChangedCamera)>,
@@ -93,6 +112,10 @@ impl Surroundings<'_, '_> {
     }
 
     fn have_changed(&mut self) -> bool {
+        for entity in self.unplaced.read() {
+            self.places.0.remove(&entity);
+        }
+        let has_moved = self.places.update(self.placed.iter().chain(&self.placed_cameras));
         // All readers are read to their ends.
         let has_removed = self.removed.read().count() > 0;
         let has_changed_mesh = self.changed_meshes.read().count() > 0;
@@ -100,7 +123,7 @@ impl Surroundings<'_, '_> {
         has_removed
             || has_changed_mesh
             || has_changed_material
-            || !self.moved.is_empty()
+            || has_moved
             || !self.meshes.is_empty()
             || !self.lights.is_empty()
             || !self.cameras.is_empty()
@@ -123,5 +146,22 @@ pub(super) fn watch_changes(
             // A round that has begun ends first, because only whole ones are filtered.
             probe.faces_left = probe.faces_left % FACES + rounds * FACES;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_new_places_count() {
+        let mut world = World::new();
+        let (a, b) = (world.spawn_empty().id(), world.spawn_empty().id());
+        let (here, there) = (GlobalTransform::IDENTITY, GlobalTransform::from_xyz(1.0, 0.0, 0.0));
+        let mut places = Places::default();
+        assert!(places.update([(a, &here), (b, &here)].into_iter()));
+        assert!(!places.update([(a, &here), (b, &here)].into_iter()), "the same again");
+        assert!(places.update([(a, &here), (b, &there)].into_iter()));
+        assert!(!places.update(std::iter::empty()));
     }
 }
