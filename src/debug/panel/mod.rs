@@ -1,5 +1,6 @@
-//! Mirrorball panel: camera frame, measured maps, checks, timings, memory, and the style of each entity.
+//! Mirrorball panel: camera frame, measured maps, checks, timings, memory, effects, and the style of each entity.
 
+mod effects;
 mod figures;
 mod switches;
 
@@ -10,6 +11,7 @@ use crate::{
 };
 use bevy::{diagnostic::DiagnosticsStore, ecs::entity_disabling::Disabled, prelude::*, render::renderer::RenderDevice};
 use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass, EguiTextureHandle, egui};
+use effects::{Effects, draw_effects};
 use figures::{draw_checks, draw_memory, draw_timings};
 use switches::{StyledEntity, choose_map, draw_styles};
 
@@ -85,6 +87,7 @@ fn draw_panel(
     filtered: Query<&FilteredEnvironment>,
     cameras: Query<(Entity, &Camera, &FrameTexture), With<ArCamera>>,
     mut styles: Query<StyledEntity>,
+    mut effects: Effects,
     device: Option<Res<RenderDevice>>,
 ) {
     let map_image = contexts.add_image(EguiTextureHandle::Weak(map.image.id()));
@@ -112,6 +115,7 @@ fn draw_panel(
             ui.separator();
             draw_styles(ui, &mut styles);
             ui.separator();
+            egui::CollapsingHeader::new("effects").show(ui, |ui| draw_effects(ui, &mut effects));
             egui::CollapsingHeader::new("environment").default_open(true).show(ui, |ui| {
                 choose_map(ui, &mut map, roughest);
                 show_image(ui, map_image, MapView::SIZE);
