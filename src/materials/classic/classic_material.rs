@@ -4,7 +4,7 @@ use super::classic_uniform::ClassicUniform;
 use crate::{
     materials::{
         dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
-        style::{SharedBindings, StyleExtension, SurfaceStyle, without_layers},
+        style::{SceneLight, SharedBindings, StyleExtension, SurfaceStyle, without_layers},
     },
     shadows::DomeShader,
 };
@@ -82,9 +82,9 @@ impl StyleExtension for ClassicShaded {
     /// Coefficients, and whether there is a dome.
     type Parameters = (ClassicUniform, bool);
 
-    fn parameters(style: &SurfaceStyle, has_dome: bool) -> Option<(ClassicUniform, bool)> {
+    fn parameters(style: &SurfaceStyle, scene: SceneLight) -> Option<(ClassicUniform, bool)> {
         match style {
-            SurfaceStyle::Classic(classic) => Some((classic.into(), has_dome)),
+            SurfaceStyle::Classic(classic) => Some((classic.into(), scene.has_dome)),
             _ => None,
         }
     }

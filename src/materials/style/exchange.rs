@@ -2,11 +2,13 @@
 
 use super::{
     SurfaceStyle,
-    styled_materials::{SharedBindings, StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material},
+    styled_materials::{
+        SceneLight, SharedBindings, StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material,
+    },
 };
 use crate::{
     phantom::{StageRole, nearest},
-    shadows::ShadowDomeLight,
+    shadows::{Lamp, ShadowDomeLight},
 };
 use bevy::{ecs::system::SystemParam, platform::collections::HashSet, prelude::*};
 
@@ -16,6 +18,7 @@ pub(in crate::materials) struct Styles<'w, 's> {
     parents: Query<'w, 's, &'static ChildOf>,
     styles: Query<'w, 's, &'static SurfaceStyle>,
     domes: Query<'w, 's, (), With<ShadowDomeLight>>,
+    lamps: Query<'w, 's, (), Lamp>,
 }
 
 impl Styles<'_, '_> {
@@ -24,7 +27,8 @@ impl Styles<'_, '_> {
     }
 
     fn parameters<E: StyleExtension>(&self, mesh: Entity) -> Option<E::Parameters> {
-        E::parameters(&self.of(mesh), !self.domes.is_empty())
+        let scene = SceneLight { has_dome: !self.domes.is_empty(), has_lamps: !self.lamps.is_empty() };
+        E::parameters(&self.of(mesh), scene)
     }
 }
 

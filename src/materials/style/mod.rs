@@ -10,5 +10,7 @@ mod surface_style;
 
 pub use classic_style::{ClassicModel, ClassicStyle, CombinedModel, MixedModel};
 pub(super) use exchange::{Styles, apply_styles, restore_originals, update_styled_materials};
-pub(super) use styled_materials::{SharedBindings, StyleExtension, Styled, StyledMaterials, without_layers};
+pub(super) use styled_materials::{
+    SceneLight, SharedBindings, StyleExtension, Styled, StyledMaterials, without_layers,
+};
 pub use surface_style::{SurfaceStyle, ToonStyle};

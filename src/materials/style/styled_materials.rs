@@ -33,6 +33,14 @@ impl SharedBindings<'_> {
     }
 }
 
+/// Sources of light in the scene. Shaders have no code for those that it lacks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(in crate::materials) struct SceneLight {
+    pub(in crate::materials) has_dome: bool,
+    /// Whether there are lamps of the engine.
+    pub(in crate::materials) has_lamps: bool,
+}
+
 /// Extension of `StandardMaterial` that draws a style.
 pub(in crate::materials) trait StyleExtension: MaterialExtension {
     /// Parameters of the style that the extension depends on. Meshes with equal parameters and originals share a
@@ -40,7 +48,7 @@ pub(in crate::materials) trait StyleExtension: MaterialExtension {
     type Parameters: Copy + Eq + Hash + Send + Sync + 'static;
 
     /// Returns the parameters of a style, or `None` if another extension draws it.
-    fn parameters(style: &SurfaceStyle, has_dome: bool) -> Option<Self::Parameters>;
+    fn parameters(style: &SurfaceStyle, scene: SceneLight) -> Option<Self::Parameters>;
 
     /// Returns the extension of an original, which is not simplified yet.
     fn new(parameters: Self::Parameters, original: &StandardMaterial, shared: &SharedBindings) -> Self;

@@ -57,9 +57,9 @@ const HARMLESS: [(&str, &str, usize, &str); 17] = [
         1,
         "a power of at most 1000 of 0…1: off by 3e-4 of a highlight where its base is near 1",
     ),
-    ("materials/toon.wgsl", "fwidth", 2, "clamped; widens edges of bands by up to a pixel"),
+    ("materials/toon/toon.wgsl", "fwidth", 2, "clamped; widens edges of bands by up to a pixel"),
     (
-        "materials/toon.wgsl",
+        "materials/toon/toon.wgsl",
         "pow",
         1,
         "a power below 30 of 0…1, whose half is the edge of a highlight: 1e-5 of its radius",

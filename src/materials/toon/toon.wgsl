@@ -1,18 +1,16 @@
 // StandardMaterial in flat bands: the light that a white matte surface would receive, quantized between the darkest
-// and the brightest light in the room. The formulas are in the documentation of mod.rs.
+// and the brightest light in the room. The formulas are in the documentation of materials/mod.rs.
 
 #import bevy_pbr::{
     forward_io::{FragmentOutput, VertexOutput},
-    mesh_types::MESH_FLAGS_SHADOW_RECEIVER_BIT,
     mesh_view_bindings::view,
-    pbr_functions::apply_pbr_lighting,
     pbr_types::{PbrInput, STANDARD_MATERIAL_FLAGS_UNLIT_BIT},
 }
 #import bevy_mirrorball::materials::engine_features::{output_of, surface_of}
-#import bevy_mirrorball::shadows::render::receive::virtual_ratio
+#import bevy_mirrorball::materials::toon::room_light::room_light
 #import bevy_mirrorball::luminance::luminance
 
-/// Mirror of `ToonUniform` in `toon.rs`.
+/// Mirror of `ToonUniform` in `toon_material.rs`.
 struct Toon {
     /// Number of bands, 2 to 5.
     bands: f32,
@@ -22,11 +20,6 @@ struct Toon {
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(105) var<uniform> toon: Toon;
 
-/// Perceptual roughness at which the engine's diffuse term, viewed along the normal, is Lambertian to 3 %.
-const LAMBERT_ROUGHNESS: f32 = 0.70710678;
-/// Offset of the view direction from the normal. It avoids the exact opposite of a lamp's direction, where the
-/// engine's half vector is undefined.
-const OFF_NORMAL: vec3f = vec3f(0.0137, 0.0071, -0.0093);
 /// Smallest range between dark and bright light, as a fraction of the brightest, so that shadows are visible under a
 /// uniform sky too.
 const MIN_RANGE: f32 = 0.3;
@@ -45,26 +38,6 @@ const HIGHLIGHT_ROUGHNESS: vec2f = vec2f(0.25, 0.75);
 const DIRECTIONAL_RANGE: f32 = 0.2;
 /// Smallest difference of light that counts, in frame buffer units; also keeps divisors above zero.
 const MIN_LIGHT: f32 = 1e-6;
-
-/// Light of all sources reflected by white paper that faces a direction.
-fn light_at(paper: PbrInput, normal: vec3f) -> vec3f {
-    var turned = paper;
-    turned.N = normal;
-    turned.V = normalize(normal + OFF_NORMAL);
-    return apply_pbr_lighting(turned).rgb;
-}
-
-/// Direction from which light prevails. For any lamps and environment, irradiance at n minus irradiance at −n equals
-/// n · (light vector), so three pairs give the vector exactly (Gershun 1936, *The Light Field*).
-fn prevailing_direction(paper: PbrInput, fallback: vec3f) -> vec3f {
-    var light_vector = vec3f(0.0);
-    for (var axis = 0u; axis < 3u; axis++) {
-        let dir = vec3f(vec3u(axis) == vec3u(0u, 1u, 2u));
-        light_vector[axis] = luminance(light_at(paper, dir)) - luminance(light_at(paper, -dir));
-    }
-    let strength = length(light_vector);
-    return select(fallback, light_vector / max(strength, MIN_LIGHT), strength > MIN_LIGHT);
-}
 
 /// Band number, from 0, at a position 0…1 between dark and bright. Band edges are one pixel wide.
 fn band_at(position: f32) -> f32 {
@@ -102,22 +75,11 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let base_color = pbr_input.material.base_color;
     let emissive = pbr_input.material.emissive;
 
-    var paper = pbr_input;
-    paper.material.base_color = vec4f(1.0);
-    paper.material.emissive = vec4f(0.0);
-    paper.material.metallic = 0.0;
-    paper.material.perceptual_roughness = LAMBERT_ROUGHNESS;
-    paper.material.reflectance = vec3f(0.0);
-    let is_receiver = (pbr_input.flags & MESH_FLAGS_SHADOW_RECEIVER_BIT) != 0u;
-    let ratio = virtual_ratio(in.position, in.world_position.xyz, pbr_input.N);
-    paper.diffuse_occlusion *= select(vec3f(1.0), ratio, is_receiver);
-    let arriving = luminance(light_at(paper, pbr_input.N));
-
-    paper.diffuse_occlusion = vec3f(1.0);
-    paper.flags &= ~MESH_FLAGS_SHADOW_RECEIVER_BIT;
-    let dir_bright = prevailing_direction(paper, pbr_input.N);
-    let bright = light_at(paper, dir_bright);
-    let opposite = light_at(paper, -dir_bright);
+    let light = room_light(in, pbr_input);
+    let dir_bright = light.dir_bright;
+    let bright = light.bright;
+    let opposite = light.opposite;
+    let arriving = luminance(light.arriving);
     let brightest = luminance(bright);
     let darkest = luminance(opposite);
     let range = max(brightest - darkest, max(MIN_RANGE * brightest, MIN_LIGHT));

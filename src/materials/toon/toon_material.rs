@@ -1,11 +1,12 @@
 //! Toon material: a `StandardMaterial` shaded in flat bands of light.
 
-use super::{
-    SurfaceStyle,
-    dome_bindings::{DomeBindings, bind_fields, define_dome},
-    style::{SharedBindings, StyleExtension, without_layers},
+use crate::{
+    materials::{
+        dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
+        style::{SceneLight, SharedBindings, StyleExtension, SurfaceStyle, without_layers},
+    },
+    shadows::DomeShader,
 };
-use crate::shadows::DomeShader;
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
@@ -22,9 +23,10 @@ pub type ToonMaterial = ExtendedMaterial<StandardMaterial, ToonShaded>;
 pub struct ToonShaded {
     dome: DomeBindings,
     bands: ToonBindings,
+    has_lamps: bool,
 }
 
-bind_fields!(ToonShaded, DomeShader, dome: DomeBindings, bands: ToonBindings);
+bind_fields!(ToonShaded, ToonKey, dome: DomeBindings, bands: ToonBindings);
 
 #[derive(AsBindGroup, Clone, Debug)]
 struct ToonBindings {
@@ -39,15 +41,23 @@ struct ToonUniform {
     highlight: f32,
 }
 
-impl From<&ToonShaded> for DomeShader {
+/// Permutation of the shader.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct ToonKey {
+    dome: DomeShader,
+    /// Whether there are lamps of the engine. Without, the shader has no code for them.
+    has_lamps: bool,
+}
+
+impl From<&ToonShaded> for ToonKey {
     fn from(extension: &ToonShaded) -> Self {
-        extension.dome.shader
+        Self { dome: extension.dome.shader, has_lamps: extension.has_lamps }
     }
 }
 
 impl MaterialExtension for ToonShaded {
     fn fragment_shader() -> ShaderRef {
-        "embedded://bevy_mirrorball/materials/toon.wgsl".into()
+        "embedded://bevy_mirrorball/materials/toon/toon.wgsl".into()
     }
 
     fn specialize(
@@ -56,25 +66,27 @@ impl MaterialExtension for ToonShaded {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        define_dome(descriptor, key.bind_group_data, key.mesh_key);
+        let ToonKey { dome, has_lamps } = key.bind_group_data;
+        define_dome(descriptor, dome, key.mesh_key);
+        define_in_fragment(descriptor, has_lamps.then(|| "HAS_LAMPS".into()));
         Ok(())
     }
 }
 
 impl StyleExtension for ToonShaded {
-    /// Number of bands, and whether surfaces have highlights.
-    type Parameters = (u32, bool);
+    /// Number of bands, whether surfaces have highlights, and whether there are lamps.
+    type Parameters = (u32, bool, bool);
 
-    fn parameters(style: &SurfaceStyle, _: bool) -> Option<(u32, bool)> {
+    fn parameters(style: &SurfaceStyle, scene: SceneLight) -> Option<(u32, bool, bool)> {
         match style {
-            SurfaceStyle::Toon(toon) => Some((toon.clamped_bands(), toon.highlight)),
+            SurfaceStyle::Toon(toon) => Some((toon.clamped_bands(), toon.highlight, scene.has_lamps)),
             _ => None,
         }
     }
 
-    fn new((bands, highlight): (u32, bool), _: &StandardMaterial, shared: &SharedBindings) -> Self {
+    fn new((bands, highlight, has_lamps): (u32, bool, bool), _: &StandardMaterial, shared: &SharedBindings) -> Self {
         let uniform = ToonUniform { bands: bands as f32, highlight: f32::from(highlight) };
-        Self { dome: shared.dome.as_ref().into(), bands: ToonBindings { uniform } }
+        Self { dome: shared.dome.as_ref().into(), bands: ToonBindings { uniform }, has_lamps }
     }
 
     /// Bands are matte.
