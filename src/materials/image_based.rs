@@ -5,6 +5,7 @@ use super::{
     dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
     neighbors::is_mirror,
     style::{SceneLight, SharedBindings, StyleExtension},
+    toon::RampPair,
 };
 use crate::shadows::DomeShader;
 use bevy::{
@@ -72,7 +73,7 @@ impl MaterialExtension for DomeShadowed {
 impl StyleExtension for DomeShadowed {
     type Parameters = ();
 
-    fn parameters(style: &SurfaceStyle, scene: SceneLight) -> Option<()> {
+    fn parameters(style: &SurfaceStyle, _: RampPair, scene: SceneLight) -> Option<()> {
         (scene.has_dome && *style == SurfaceStyle::ImageBased).then_some(())
     }
 

@@ -7,6 +7,7 @@ use super::{
     },
 };
 use crate::{
+    materials::toon::{RampImages, RampPair, ToonRamps},
     phantom::{StageRole, nearest},
     shadows::{Lamp, ShadowDomeLight},
 };
@@ -19,6 +20,8 @@ pub(in crate::materials) struct Styles<'w, 's> {
     styles: Query<'w, 's, &'static SurfaceStyle>,
     domes: Query<'w, 's, (), With<ShadowDomeLight>>,
     lamps: Query<'w, 's, (), Lamp>,
+    ramps: Query<'w, 's, &'static ToonRamps>,
+    ramp_images: Res<'w, RampImages>,
 }
 
 impl Styles<'_, '_> {
@@ -28,7 +31,10 @@ impl Styles<'_, '_> {
 
     fn parameters<E: StyleExtension>(&self, mesh: Entity) -> Option<E::Parameters> {
         let scene = SceneLight { has_dome: !self.domes.is_empty(), has_lamps: !self.lamps.is_empty() };
-        E::parameters(&self.of(mesh), scene)
+        let style = self.of(mesh);
+        let ramps = matches!(style, SurfaceStyle::Toon(_)).then(|| nearest(mesh, &self.parents, &self.ramps));
+        let ramps = ramps.flatten().map_or(RampPair::default(), |ramps| self.ramp_images.pair(ramps));
+        E::parameters(&style, ramps, scene)
     }
 }
 

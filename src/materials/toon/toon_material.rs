@@ -1,9 +1,16 @@
 //! Toon material: a `StandardMaterial` shaded in flat bands of light.
 
+use super::{
+    ramps::{RampPair, RampsUniform},
+    toon_uniform::ToonUniform,
+};
 use crate::{
     materials::{
         dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
-        style::{SceneLight, SharedBindings, StyleExtension, SurfaceStyle, without_layers},
+        strongest_light::LightBindings,
+        style::{
+            SceneLight, SharedBindings, StyleExtension, SurfaceStyle, ToonKey, ToonModel, ToonStyle, without_layers,
+        },
     },
     shadows::DomeShader,
 };
@@ -11,8 +18,8 @@ use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
     prelude::*,
-    render::render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
-    shader::ShaderRef,
+    render::render_resource::{AsBindGroup, RenderPipelineDescriptor, SpecializedMeshPipelineError},
+    shader::{ShaderDefVal, ShaderRef},
 };
 
 /// `StandardMaterial` shaded in flat bands of light.
@@ -22,36 +29,70 @@ pub type ToonMaterial = ExtendedMaterial<StandardMaterial, ToonShaded>;
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct ToonShaded {
     dome: DomeBindings,
-    bands: ToonBindings,
-    has_lamps: bool,
+    light: LightBindings,
+    toon: ToonBindings,
+    parts: ShaderParts,
 }
 
-bind_fields!(ToonShaded, ToonKey, dome: DomeBindings, bands: ToonBindings);
+bind_fields!(ToonShaded, ToonPipelineKey, dome: DomeBindings, light: LightBindings, toon: ToonBindings);
 
 #[derive(AsBindGroup, Clone, Debug)]
 struct ToonBindings {
-    #[uniform(105)]
+    #[uniform(106)]
     uniform: ToonUniform,
-}
-
-/// Mirror of `Toon` in `toon.wgsl`.
-#[derive(ShaderType, Clone, Copy, Debug)]
-struct ToonUniform {
-    bands: f32,
-    highlight: f32,
+    #[uniform(107)]
+    ramps: RampsUniform,
 }
 
 /// Permutation of the shader.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub struct ToonKey {
+pub struct ToonPipelineKey {
     dome: DomeShader,
-    /// Whether there are lamps of the engine. Without, the shader has no code for them.
-    has_lamps: bool,
+    parts: ShaderParts,
 }
 
-impl From<&ToonShaded> for ToonKey {
+/// Parts of the shader that a style needs. Branching on uniforms instead would slow down software rasterizers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct ShaderParts {
+    has_lamps: bool,
+    follows_real_light: bool,
+    has_author_direction: bool,
+    is_phong: bool,
+    has_diffuse_ramp: bool,
+    has_specular_ramp: bool,
+    has_rim: bool,
+}
+
+impl ShaderParts {
+    fn new(style: &ToonStyle, [diffuse, specular]: RampPair, has_rim: bool, scene: SceneLight) -> Self {
+        Self {
+            has_lamps: scene.has_lamps,
+            follows_real_light: style.key == ToonKey::StrongestRealLight,
+            has_author_direction: style.key.authored_direction().is_some(),
+            is_phong: matches!(style.model, ToonModel::Phong(_)),
+            has_diffuse_ramp: diffuse.is_some(),
+            has_specular_ramp: specular.is_some(),
+            has_rim,
+        }
+    }
+
+    fn shader_defs(&self) -> impl Iterator<Item = ShaderDefVal> {
+        let definitions = [
+            (self.has_lamps, "HAS_LAMPS"),
+            (self.follows_real_light, "KEY_REAL_LIGHT"),
+            (self.has_author_direction, "KEY_DIRECTION"),
+            (self.is_phong, "PHONG"),
+            (self.has_diffuse_ramp, "DIFFUSE_RAMP"),
+            (self.has_specular_ramp, "SPECULAR_RAMP"),
+            (self.has_rim, "RIM"),
+        ];
+        definitions.into_iter().filter_map(|(is_needed, name)| is_needed.then(|| name.into()))
+    }
+}
+
+impl From<&ToonShaded> for ToonPipelineKey {
     fn from(extension: &ToonShaded) -> Self {
-        Self { dome: extension.dome.shader, has_lamps: extension.has_lamps }
+        Self { dome: extension.dome.shader, parts: extension.parts }
     }
 }
 
@@ -66,27 +107,38 @@ impl MaterialExtension for ToonShaded {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        let ToonKey { dome, has_lamps } = key.bind_group_data;
+        let ToonPipelineKey { dome, parts } = key.bind_group_data;
         define_dome(descriptor, dome, key.mesh_key);
-        define_in_fragment(descriptor, has_lamps.then(|| "HAS_LAMPS".into()));
+        define_in_fragment(descriptor, parts.shader_defs());
         Ok(())
     }
 }
 
-impl StyleExtension for ToonShaded {
-    /// Number of bands, whether surfaces have highlights, and whether there are lamps.
-    type Parameters = (u32, bool, bool);
+/// What the material of a toon surface depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(in crate::materials) struct ToonParameters {
+    uniform: ToonUniform,
+    ramps: RampPair,
+    parts: ShaderParts,
+}
 
-    fn parameters(style: &SurfaceStyle, scene: SceneLight) -> Option<(u32, bool, bool)> {
-        match style {
-            SurfaceStyle::Toon(toon) => Some((toon.clamped_bands(), toon.highlight, scene.has_lamps)),
-            _ => None,
-        }
+impl StyleExtension for ToonShaded {
+    type Parameters = ToonParameters;
+
+    fn parameters(style: &SurfaceStyle, ramps: RampPair, scene: SceneLight) -> Option<ToonParameters> {
+        let SurfaceStyle::Toon(style) = style else {
+            return None;
+        };
+        let uniform = ToonUniform::from(style);
+        let parts = ShaderParts::new(style, ramps, uniform.has_rim(), scene);
+        Some(ToonParameters { uniform, ramps, parts })
     }
 
-    fn new((bands, highlight, has_lamps): (u32, bool, bool), _: &StandardMaterial, shared: &SharedBindings) -> Self {
-        let uniform = ToonUniform { bands: bands as f32, highlight: f32::from(highlight) };
-        Self { dome: shared.dome.as_ref().into(), bands: ToonBindings { uniform }, has_lamps }
+    fn new(parameters: ToonParameters, _: &StandardMaterial, shared: &SharedBindings) -> Self {
+        let ToonParameters { uniform, ramps, parts } = parameters;
+        let ramps = RampsUniform::new(ramps, &shared.ramps);
+        let toon = ToonBindings { uniform, ramps };
+        Self { dome: shared.dome.as_ref().into(), light: shared.light.as_ref().into(), toon, parts }
     }
 
     /// Bands are matte.
