@@ -84,7 +84,7 @@
 //! | [`ToonModel`] | color |
 //! |---|---|
 //! | `RoomLight` | base color · mix(dark, E(l), level(position)) |
-//! | `Phong` (Kunze 2006) | base color · K_d · level(N·L) + K_s · highlight((R·V)ⁿ), the highlight 0 where N·L ≤ 0 |
+//! | `Phong` (Kunze 2006) | base color · diffuse · level(N·L) + specular · highlight((R·V)ⁿ), the highlight 0 where N·L ≤ 0 |
 //!
 //! - l is by default the direction from which light prevails. Irradiance at n minus irradiance at −n is exactly n ·
 //!   (light vector) (Gershun 1936), so six lookups in the diffuse map and one sum over the lamps give it. [`ToonKey`]

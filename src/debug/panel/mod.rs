@@ -2,6 +2,7 @@
 
 mod figures;
 mod switches;
+mod toon_controls;
 
 use super::{Checklist, MapView, MapViewPlugin, ShownMap};
 use crate::{

@@ -86,7 +86,7 @@ impl ShaderParts {
             (self.has_specular_ramp, "SPECULAR_RAMP"),
             (self.has_rim, "RIM"),
         ];
-        definitions.into_iter().filter_map(|(is_needed, name)| is_needed.then(|| name.into()))
+        definitions.into_iter().filter(|(is_needed, _)| *is_needed).map(|(_, name)| name.into())
     }
 }
 

@@ -19,7 +19,7 @@ fn step(ramp: &[u8], x: f32) -> Option<f32> {
     (at(place - EDGE) == at(place + EDGE)).then(|| f32::from(at(place)) / 255.0)
 }
 
-/// Kunze 2006: K_d · ramp_d(N·L) + K_s · ramp_s((R·V)ⁿ), the highlight 0 where N·L is.
+/// Kunze 2006: `K_d · ramp_d(N·L) + K_s · ramp_s((R·V)ⁿ)`, the highlight 0 where N·L is.
 fn kunze(phong: PhongToon, diffuse: &[u8], specular: &[u8], normal: Vec3, light: Vec3) -> Option<Vec3> {
     let cosine = normal.dot(light);
     let mirrored = 2.0 * cosine * normal - light;
