@@ -12,7 +12,7 @@ use bevy::{
 use std::sync::Arc;
 
 /// Ramps of all toon surfaces at and below an entity, in place of the bands and the highlight of
-/// [`ToonStyle`](super::ToonStyle).
+/// [`ToonStyle`](crate::materials::ToonStyle).
 ///
 /// A ramp is an image of n × 1 pixels, one for each step, from the dark end on the left to the bright one on the right;
 /// of higher images the first row counts. Steps may be unequally wide (by repeated pixels) and colored. Each step is
