@@ -13,7 +13,7 @@ pub use crate::{
     lighting::{RealLight, RealLightAppeared, RealLightVanished},
     materials::{
         CameraGrain, ClassicModel, ClassicStyle, CombinedModel, MixedModel, NeighborReflections, NoNeighborReflections,
-        ShowPhantoms, SoftPhantomEdges, SurfaceStyle, ToonStyle,
+        OutlineUnit, PhongToon, ShowPhantoms, SoftPhantomEdges, SurfaceStyle, ToonKey, ToonModel, ToonRamps, ToonStyle,
     },
     phantom::PhantomObject,
     prefilter::{EnvironmentState, LiveEnvironment, Refresh},

@@ -16,7 +16,7 @@
 //! | `{"PhantomObject": {"casts": true, "receives": true, "reflectance": 0.8}}` | [`PhantomObject`]; the reflectance is optional and may be `[r, g, b]`, linear |
 //! | `{"ShadowDomeLight": {"directions": 64, "filter": "Gauss"}}`, all its fields | [`ShadowDomeLight`] |
 //! | `{"SurfaceStyle": "Toon"}`, `"Classic"`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and its descendants |
-//! | `{"SurfaceStyle": {"Toon": {"bands": 4, "highlight": true, "outline_width": 2, "outline_color": "#000000"}}}` | the same with details |
+//! | `{"SurfaceStyle": {"Toon": {"bands": 4, "key": "StrongestRealLight", "softness": 0, "highlight": true, "rim": 0, "outline_width": 2, "outline_unit": "Pixels", "outline_color": "#000000"}}}`; `"key": "Direction"` with `"key_direction": [0, 1, 0]`; `"model": "Phong"` with `"diffuse"`, `"specular"` and `"exponent"` | the same with details |
 //! | `{"SurfaceStyle": {"Classic": {"model": "Combined", "specular": 0.5, "exponent": 50, "fresnel": 0.04}}}`, or `"GlossMap"` or `"Mixed"`, each with its coefficients | the same; all fields of [`ClassicStyle`](crate::materials::ClassicStyle) |
 //!
 //! One node may have several components. Omitted fields take the component's default. The tag family is optional;

@@ -3,11 +3,14 @@
 use super::{
     component::FromExtras,
     fields::Fields,
-    number_rules::{Albedo, FromZero, Positive, Whole},
+    number_rules::{Albedo, FromZero, Number, Positive, Three, Whole},
     rules::{Flag, HexColor, Word},
 };
 use crate::{
-    materials::{ClassicModel, ClassicStyle, CombinedModel, MixedModel, SurfaceStyle, ToonStyle},
+    materials::{
+        ClassicModel, ClassicStyle, CombinedModel, MixedModel, OutlineUnit, PhongToon, SurfaceStyle, ToonKey,
+        ToonModel, ToonStyle,
+    },
     phantom::PhantomObject,
 };
 use bevy::prelude::*;
@@ -39,17 +42,54 @@ impl FromExtras for SurfaceStyle {
         if fields.has("Classic") {
             return fields.required_object("Classic", "SurfaceStyle.Classic", |fields| Self::Classic(classic(fields)));
         }
-        fields.required_object("Toon", "SurfaceStyle.Toon", |fields| {
-            let default = ToonStyle::default();
-            let bands = Whole { min: ToonStyle::MIN_BANDS, max: ToonStyle::MAX_BANDS };
-            let width = FromZero { max: ToonStyle::MAX_OUTLINE_WIDTH, unit: "pixels" };
-            Self::Toon(ToonStyle {
-                bands: fields.optional("bands", bands).unwrap_or(default.bands),
-                highlight: fields.optional("highlight", Flag).unwrap_or(default.highlight),
-                outline_width: fields.optional("outline_width", width).unwrap_or(default.outline_width),
-                outline_color: fields.optional("outline_color", HexColor).unwrap_or(default.outline_color),
-            })
-        })
+        fields.required_object("Toon", "SurfaceStyle.Toon", |fields| Self::Toon(toon(fields)))
+    }
+}
+
+/// Reads a toon style. The coefficients of Phong's formula stand beside the name of the model.
+fn toon(fields: &mut Fields) -> ToonStyle {
+    let default = ToonStyle::default();
+    let bands = Whole { min: ToonStyle::MIN_BANDS, max: ToonStyle::MAX_BANDS };
+    let model = match fields.optional("model", Word(&["RoomLight", "Phong"])) {
+        Some("Phong") => ToonModel::Phong(phong(fields)),
+        _ => ToonModel::RoomLight,
+    };
+    let key = match fields.optional("key", Word(&["Prevailing", "StrongestRealLight", "Direction"])) {
+        Some("StrongestRealLight") => ToonKey::StrongestRealLight,
+        Some("Direction") => ToonKey::Direction(key_direction(fields)),
+        _ => ToonKey::Prevailing,
+    };
+    let (outline_unit, max, unit) = match fields.optional("outline_unit", Word(&["Pixels", "Meters"])) {
+        Some("Meters") => (OutlineUnit::Meters, ToonStyle::MAX_OUTLINE_METERS, "meters"),
+        _ => (OutlineUnit::Pixels, ToonStyle::MAX_OUTLINE_WIDTH, "pixels"),
+    };
+    ToonStyle {
+        model,
+        bands: fields.optional("bands", bands).unwrap_or(default.bands),
+        key,
+        softness: fields.optional("softness", FRACTION).unwrap_or(default.softness),
+        highlight: fields.optional("highlight", Flag).unwrap_or(default.highlight),
+        rim: fields.optional("rim", FRACTION).unwrap_or(default.rim),
+        outline_width: fields
+            .optional("outline_width", FromZero { max, unit })
+            .unwrap_or(default.outline_width.min(max)),
+        outline_unit,
+        outline_color: fields.optional("outline_color", HexColor).unwrap_or(default.outline_color),
+    }
+}
+
+fn key_direction(fields: &mut Fields) -> Vec3 {
+    fields.required("key_direction", Three(Number { unit: "in any unit" })).unwrap_or_default()
+}
+
+fn phong(fields: &mut Fields) -> PhongToon {
+    let default = PhongToon::default();
+    let coefficient = || FromZero { max: ToonStyle::MAX_COEFFICIENT, unit: "a factor" };
+    let exponent = FromZero { max: ToonStyle::MAX_EXPONENT, unit: "an exponent" };
+    PhongToon {
+        diffuse: fields.optional("diffuse", coefficient()).unwrap_or(default.diffuse),
+        specular: fields.optional("specular", coefficient()).unwrap_or(default.specular),
+        exponent: fields.optional("exponent", exponent).unwrap_or(default.exponent),
     }
 }
 
@@ -117,8 +157,31 @@ mod tests {
         assert_eq!(read_value("SurfaceStyle", &json!({"Toon": {}})), toon(default()));
         let details = json!({"Toon": {"bands": 4, "highlight": false, "outline_width": 0, "outline_color": "#ff8000"}});
         let outline_color = Color::srgb_u8(255, 128, 0);
-        let expected = ToonStyle { bands: 4, highlight: false, outline_width: 0.0, outline_color };
+        let expected = ToonStyle { bands: 4, highlight: false, outline_width: 0.0, outline_color, ..default() };
         assert_eq!(read_value("SurfaceStyle", &details), toon(expected));
+    }
+
+    #[test]
+    fn a_toon_has_a_key_light_and_the_coefficients_of_its_model() {
+        let read = |json: Value| read_value("SurfaceStyle", &json);
+        let toon = |style| Ok(SurfaceStyle::Toon(style));
+        let phong = PhongToon { diffuse: 0.8, specular: 0.3, exponent: 40.0 };
+        let all = json!({"Toon": {
+            "model": "Phong", "diffuse": 0.8, "specular": 0.3, "exponent": 40, "key": "Direction",
+            "key_direction": [0, 2, 1], "softness": 0.5, "rim": 0.25, "outline_unit": "Meters", "outline_width": 0.01
+        }});
+        let expected = ToonStyle {
+            model: ToonModel::Phong(phong),
+            key: ToonKey::Direction(Vec3::new(0.0, 2.0, 1.0)),
+            softness: 0.5,
+            rim: 0.25,
+            outline_width: 0.01,
+            outline_unit: OutlineUnit::Meters,
+            ..default()
+        };
+        assert_eq!(read(all), toon(expected));
+        let strongest = ToonStyle { key: ToonKey::StrongestRealLight, ..default() };
+        assert_eq!(read(json!({"Toon": {"key": "StrongestRealLight"}})), toon(strongest));
     }
 
     #[test]
@@ -153,6 +216,12 @@ mod tests {
             (json!({"Toon": {"outline_width": -1}}), "SurfaceStyle.Toon.outline_width is -1"),
             (json!({"Toon": {"outline_color": "black"}}), "SurfaceStyle.Toon.outline_color is \"black\""),
             (json!({"Toon": {"band": 3}}), "SurfaceStyle.Toon.band is unknown"),
+            (json!({"Toon": {"softness": 2}}), "SurfaceStyle.Toon.softness is 2"),
+            (json!({"Toon": {"key": "Sun"}}), "SurfaceStyle.Toon.key is \"Sun\""),
+            (json!({"Toon": {"key": "Direction"}}), "SurfaceStyle.Toon.key_direction is missing"),
+            (json!({"Toon": {"key_direction": [0, 1, 0]}}), "SurfaceStyle.Toon.key_direction is unknown"),
+            (json!({"Toon": {"exponent": 9}}), "SurfaceStyle.Toon.exponent is unknown"),
+            (json!({"Toon": {"outline_unit": "Meters", "outline_width": 2}}), "SurfaceStyle.Toon.outline_width is 2"),
             (json!({"Toon": 3}), "SurfaceStyle.Toon is 3"),
             (json!({}), "SurfaceStyle.Toon is missing"),
             (json!({"Tune": {}, "Toon": {}}), "SurfaceStyle.Tune is unknown"),

@@ -27,7 +27,7 @@ pub(super) fn mark_alpha_masks(
 }
 
 /// Returns the alpha mask of a material, if it has one with a texture.
-fn alpha_mask(material: &StandardMaterial) -> Option<AlphaMask> {
+pub(super) fn alpha_mask(material: &StandardMaterial) -> Option<AlphaMask> {
     let AlphaMode::Mask(cutoff) = material.alpha_mode else {
         return None;
     };

@@ -4,7 +4,8 @@ use super::{
     SurfaceStyle,
     dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
     neighbors::is_mirror,
-    style::{SharedBindings, StyleExtension},
+    style::{SceneLight, SharedBindings, StyleExtension},
+    toon::RampPair,
 };
 use crate::shadows::DomeShader;
 use bevy::{
@@ -72,8 +73,8 @@ impl MaterialExtension for DomeShadowed {
 impl StyleExtension for DomeShadowed {
     type Parameters = ();
 
-    fn parameters(style: &SurfaceStyle, has_dome: bool) -> Option<()> {
-        (has_dome && *style == SurfaceStyle::ImageBased).then_some(())
+    fn parameters(style: &SurfaceStyle, _: RampPair, scene: SceneLight) -> Option<()> {
+        (scene.has_dome && *style == SurfaceStyle::ImageBased).then_some(())
     }
 
     fn new((): (), original: &StandardMaterial, shared: &SharedBindings) -> Self {

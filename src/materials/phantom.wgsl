@@ -15,7 +15,7 @@
 #endif
 #ifdef HAS_LAMPS
 #import bevy_pbr::mesh_bindings::mesh
-#import bevy_mirrorball::materials::lamps::{RealSurface, lamp_gain}
+#import bevy_mirrorball::materials::lamps::{LitSurface, lamp_gain}
 #endif
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var frame: texture_2d<f32>;
@@ -44,7 +44,8 @@ fn fragment(in: VertexOutput) -> FragmentOutput {
     let ratio = phantom_ratio(in.position, in.world_position.xyz, normal);
     var light = ratio.rgb;
 #ifdef HAS_LAMPS
-    light += lamp_gain(RealSurface(in.position, in.world_position, normal, mesh[in.instance_index].flags), ratio.a);
+    let flags = mesh[in.instance_index].flags;
+    light += lamp_gain(LitSurface(in.position, in.world_position, normal, normal, flags), ratio.a);
 #endif
     color *= light;
 #endif

@@ -6,6 +6,7 @@
 #ifdef ENVIRONMENT_MAP
 #import bevy_pbr::environment_map::quat_rotate
 #import bevy_pbr::mesh_view_bindings as view_bindings
+#import bevy_mirrorball::luminance::luminance
 
 #ifdef MULTIPLE_LIGHT_PROBES_IN_ARRAY
 fn diffuse_texel(dir_cube: vec3f) -> vec3f {
@@ -55,6 +56,22 @@ fn view_irradiance(normal: vec3f) -> vec3f {
     return diffuse_texel(cube_direction(normal)) * view_brightness();
 }
 
+/// Difference of the map between one direction and its opposite, in luminance.
+fn difference_along(dir_cube: vec3f) -> f32 {
+    return luminance(diffuse_texel(dir_cube) - diffuse_texel(-dir_cube));
+}
+
+/// Light vector of the map ÷ π, in luminance. For any light, irradiance at n minus irradiance at −n equals n · (light
+/// vector), so three pairs of opposite directions give it exactly (Gershun 1936, *The Light Field*).
+fn view_light_vector() -> vec3f {
+    let along_x = difference_along(vec3f(1.0, 0.0, 0.0));
+    let along_y = difference_along(vec3f(0.0, 1.0, 0.0));
+    let along_z = difference_along(vec3f(0.0, 0.0, 1.0));
+    let rotation = view_bindings::light_probes.view_rotation;
+    let world_from_map = vec4f(-rotation.xyz, rotation.w);
+    return quat_rotate(world_from_map, vec3f(along_x, along_y, -along_z)) * view_brightness();
+}
+
 /// Mean radiance around a direction, as far around it as a surface of this perceptual roughness mirrors.
 fn view_radiance(dir_world: vec3f, perceptual_roughness: f32) -> vec3f {
     let level = perceptual_roughness * f32(view_bindings::light_probes.smallest_specular_mip_level_for_view);
@@ -63,6 +80,10 @@ fn view_radiance(dir_world: vec3f, perceptual_roughness: f32) -> vec3f {
 #else
 fn view_brightness() -> f32 {
     return 0.0;
+}
+
+fn view_light_vector() -> vec3f {
+    return vec3f(0.0);
 }
 
 fn view_irradiance(normal: vec3f) -> vec3f {

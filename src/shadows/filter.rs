@@ -61,7 +61,7 @@ impl ShadowFilter {
 /// Shader permutation key. Branching at run time instead would slow down software rasterizers, which pay for what
 /// they skip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct DomeShader {
+pub(crate) struct DomeShader {
     pub(super) filter: FilterKind,
     /// Whether there are slots for key lights.
     pub(super) has_keys: bool,

@@ -32,7 +32,7 @@ struct KeptShaders(#[expect(dead_code, reason = "keeps the assets loaded")] [Han
 /// Loads all shaders beforehand: in a busy machine the first pictures would lack what is not there yet.
 fn load_shaders(app: &mut App) {
     let assets = app.world().resource::<AssetServer>().clone();
-    let shaders = ["classic/classic", "image_based", "outline/outline", "phantom", "toon"]
+    let shaders = ["classic/classic", "image_based", "outline/outline", "phantom", "toon/toon"]
         .map(|name| assets.load(format!("embedded://bevy_mirrorball/materials/{name}.wgsl")));
     let (mut quiet, mut known) = (0, 0);
     while quiet < QUIET_FRAMES || !shaders.iter().all(|shader| assets.is_loaded_with_dependencies(shader)) {

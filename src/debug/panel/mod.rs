@@ -3,6 +3,7 @@
 mod effects;
 mod figures;
 mod switches;
+mod toon_controls;
 
 use super::{Checklist, MapView, MapViewPlugin, ShownMap};
 use crate::{

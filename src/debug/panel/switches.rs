@@ -1,5 +1,6 @@
 //! Controls of the panel: the map to show, and the style of each entity.
 
+use super::toon_controls::draw_toon;
 use crate::{
     debug::{MapView, ShownMap},
     materials::{ClassicStyle, SurfaceStyle, ToonStyle},
@@ -53,4 +54,10 @@ pub(super) fn draw_styles(ui: &mut egui::Ui, styles: &mut Query<StyledEntity>) {
             ui.end_row();
         }
     });
+    for (number, (entity, name, style)) in (1..).zip(&mut entities) {
+        let name = name.map_or_else(|| entity.to_string(), ToString::to_string);
+        if let Some(changed) = draw_toon(ui, &format!("{number} {name}: toon"), style) {
+            style.set_if_neq(changed);
+        }
+    }
 }

@@ -11,6 +11,7 @@
 }
 #import bevy_mirrorball::luminance::luminance
 #import bevy_mirrorball::materials::engine_features::{finished_surface, output_of, sampled_surface}
+#import bevy_mirrorball::materials::strongest_light::strongest_light
 #import bevy_mirrorball::materials::view_environment::{view_brightness, view_irradiance, view_radiance}
 #ifdef DOME
 #import bevy_mirrorball::shadows::render::receive::{reflection_ratio, virtual_ratio}
@@ -39,15 +40,6 @@ struct Classic {
     threshold: f32,
 }
 
-/// Mirror of `LightUniform` in `strongest_light.rs`.
-struct StrongestLight {
-    /// Towards the light.
-    direction: vec3f,
-    /// What white paper that faces the light shows of it, in linear camera units. 0 without a light.
-    paper_radiance: vec3f,
-}
-
-@group(#{MATERIAL_BIND_GROUP}) @binding(105) var<storage, read> strongest_light: StrongestLight;
 @group(#{MATERIAL_BIND_GROUP}) @binding(106) var<uniform> classic: Classic;
 
 /// Smallest light that counts, in frame buffer units; also keeps divisors above zero.

@@ -4,7 +4,9 @@ use super::classic_uniform::ClassicUniform;
 use crate::{
     materials::{
         dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
-        style::{SharedBindings, StyleExtension, SurfaceStyle, without_layers},
+        strongest_light::LightBindings,
+        style::{SceneLight, SharedBindings, StyleExtension, SurfaceStyle, without_layers},
+        toon::RampPair,
     },
     shadows::DomeShader,
 };
@@ -12,10 +14,7 @@ use bevy::{
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
     prelude::*,
-    render::{
-        render_resource::{AsBindGroup, RenderPipelineDescriptor, SpecializedMeshPipelineError},
-        storage::ShaderBuffer,
-    },
+    render::render_resource::{AsBindGroup, RenderPipelineDescriptor, SpecializedMeshPipelineError},
     shader::ShaderRef,
 };
 
@@ -33,12 +32,6 @@ pub struct ClassicShaded {
 }
 
 bind_fields!(ClassicShaded, ClassicKey, dome: DomeBindings, light: LightBindings, classic: ClassicBindings);
-
-#[derive(AsBindGroup, Clone, Debug)]
-struct LightBindings {
-    #[storage(105, read_only, visibility(fragment))]
-    strongest: Handle<ShaderBuffer>,
-}
 
 #[derive(AsBindGroup, Clone, Debug)]
 struct ClassicBindings {
@@ -82,9 +75,9 @@ impl StyleExtension for ClassicShaded {
     /// Coefficients, and whether there is a dome.
     type Parameters = (ClassicUniform, bool);
 
-    fn parameters(style: &SurfaceStyle, has_dome: bool) -> Option<(ClassicUniform, bool)> {
+    fn parameters(style: &SurfaceStyle, _: RampPair, scene: SceneLight) -> Option<(ClassicUniform, bool)> {
         match style {
-            SurfaceStyle::Classic(classic) => Some((classic.into(), has_dome)),
+            SurfaceStyle::Classic(classic) => Some((classic.into(), scene.has_dome)),
             _ => None,
         }
     }
@@ -92,7 +85,7 @@ impl StyleExtension for ClassicShaded {
     fn new((uniform, has_dome): (ClassicUniform, bool), _: &StandardMaterial, shared: &SharedBindings) -> Self {
         Self {
             dome: shared.dome.as_ref().into(),
-            light: LightBindings { strongest: shared.light.buffer.clone() },
+            light: shared.light.as_ref().into(),
             classic: ClassicBindings { uniform },
             has_dome,
         }

@@ -8,23 +8,13 @@
 mod classic_material;
 mod classic_uniform;
 mod gloss;
-mod strongest_light;
 
 pub use classic_material::{ClassicMaterial, ClassicShaded};
 pub use gloss::{exponent_from_perceptual_roughness, perceptual_roughness_from_exponent};
-pub(super) use strongest_light::StrongestLight;
 
-use bevy::{asset::embedded_asset, prelude::*, render::storage::ShaderBuffer};
+use bevy::{asset::embedded_asset, prelude::*};
 
 pub(super) fn build(app: &mut App) {
     embedded_asset!(app, "classic.wgsl");
     app.add_plugins(MaterialPlugin::<ClassicMaterial>::default());
-    strongest_light::build(app);
-}
-
-/// Adds what needs the renderer.
-pub(super) fn finish(app: &mut App) {
-    if app.world().contains_resource::<Assets<ShaderBuffer>>() {
-        app.init_resource::<StrongestLight>();
-    }
 }

@@ -1,4 +1,7 @@
-// Back faces of a mesh, enlarged by a number of pixels, in one color. Skins and morphs as in mesh.wgsl of bevy_pbr.
+// Back faces of a mesh, enlarged by a number of pixels or meters, in one color. Skins and morphs as in mesh.wgsl of
+// bevy_pbr.
+//
+// Definitions: MASKED: an alpha mask cuts out parts. MASK_UV_B: it lies on the second coordinates of textures.
 
 #import bevy_pbr::{
     forward_io::{FragmentOutput, Vertex, VertexOutput},
@@ -16,11 +19,18 @@
 struct Outline {
     /// Linear RGB, alpha 1.
     color: vec4f,
-    /// Width in pixels.
-    width: f32,
+    /// Width in pixels and in meters; one of them is 0.
+    pixels: f32,
+    meters: f32,
+    /// Alpha of the base color, and that below which the mask cuts out.
+    alpha: f32,
+    cutoff: f32,
+    uv_transform: mat3x3f,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> outline: Outline;
+@group(#{MATERIAL_BIND_GROUP}) @binding(1) var mask: texture_2d<f32>;
+@group(#{MATERIAL_BIND_GROUP}) @binding(2) var mask_sampler: sampler;
 
 /// Depth by which the hull lies behind the surface, as a fraction of the distance, so that it does not cover thin
 /// two-sided objects.
@@ -74,21 +84,46 @@ fn in_world(vertex: Vertex, shape: array<vec3f, 2>) -> array<vec3f, 2> {
 @vertex
 fn vertex(in: Vertex) -> VertexOutput {
     let shape = in_world(in, morphed(in));
-    let pos_clip = position_world_to_clip(shape[0]);
+    let along_normal = shape[1] * inverseSqrt(max(dot(shape[1], shape[1]), MIN_NORMAL_LENGTH));
+    let pos_clip = position_world_to_clip(shape[0] + along_normal * outline.meters);
     let normal_clip = view.clip_from_world * vec4f(shape[1], 0.0);
     // Motion of the projected point when the point moves along the normal.
     let motion = (normal_clip.xy * pos_clip.w - pos_clip.xy * normal_clip.w) * view.main_pass_viewport.zw;
-    let offset = motion / max(length(motion), MIN_NORMAL_LENGTH) * outline.width * 2.0 / view.main_pass_viewport.zw;
+    let offset = motion / max(length(motion), MIN_NORMAL_LENGTH) * outline.pixels * 2.0 / view.main_pass_viewport.zw;
 
     var out: VertexOutput;
     out.position = vec4f(pos_clip.xy + offset * pos_clip.w, pos_clip.z * (1.0 - HULL_DEPTH_OFFSET), pos_clip.w);
     out.world_position = vec4f(shape[0], 1.0);
     out.world_normal = shape[1];
+#ifdef VERTEX_UVS_A
+    out.uv = in.uv;
+#endif
+#ifdef VERTEX_UVS_B
+    out.uv_b = in.uv_b;
+#endif
     return out;
 }
 
+#ifdef MASKED
+/// Discards what an alpha mask cuts out of the surface.
+fn cut_out(in: VertexOutput) {
+#ifdef MASK_UV_B
+    let uv = in.uv_b;
+#else
+    let uv = in.uv;
+#endif
+    let alpha = outline.alpha * textureSample(mask, mask_sampler, (outline.uv_transform * vec3f(uv, 1.0)).xy).a;
+    if alpha < outline.cutoff {
+        discard;
+    }
+}
+#else
+fn cut_out(in: VertexOutput) {}
+#endif
+
 @fragment
 fn fragment(in: VertexOutput) -> FragmentOutput {
+    cut_out(in);
     var pbr_input = pbr_input_new();
     pbr_input.world_position = in.world_position;
     pbr_input.frag_coord = in.position;

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::materials::{
     SurfaceStyle, ToonMaterial, ToonShaded,
+    alpha_mask::alpha_mask,
     style::{Styled, Styles},
 };
 use bevy::{
@@ -42,7 +43,7 @@ type ToonMesh = (
     ),
 );
 
-/// Spawns and updates the outlines of opaque toon surfaces.
+/// Spawns and updates the outlines of opaque and masked toon surfaces.
 pub(in crate::materials) fn draw_outlines(
     mut commands: Commands,
     mut hulls: ResMut<Hulls>,
@@ -108,12 +109,21 @@ pub(in crate::materials) fn erase_outlines(
     }
 }
 
-/// Returns the outline of a style. Only opaque surfaces have one, because a hull ignores alpha masks and transparency.
+/// Returns the outline of a style. Transparent surfaces have none, because a hull ignores transparency.
 fn wanted_look(style: SurfaceStyle, original: Option<&StandardMaterial>) -> Option<OutlineLook> {
     let (SurfaceStyle::Toon(toon), Some(original)) = (style, original) else {
         return None;
     };
-    let width = toon.visible_outline_width().filter(|_| original.alpha_mode == AlphaMode::Opaque)?;
-    let is_inside_out = original.cull_mode == Some(Face::Front);
-    Some(OutlineLook { color: toon.outline_color.to_linear().with_alpha(1.0), width, is_inside_out })
+    let is_solid = match original.alpha_mode {
+        AlphaMode::Opaque => true,
+        AlphaMode::Mask(cutoff) => original.base_color.alpha() >= cutoff,
+        _ => false,
+    };
+    Some(OutlineLook {
+        color: toon.outline_color.to_linear().with_alpha(1.0),
+        width: toon.visible_outline_width().filter(|_| is_solid)?,
+        unit: toon.outline_unit,
+        is_inside_out: original.cull_mode == Some(Face::Front),
+        mask: alpha_mask(original),
+    })
 }

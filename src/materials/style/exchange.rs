@@ -2,11 +2,14 @@
 
 use super::{
     SurfaceStyle,
-    styled_materials::{SharedBindings, StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material},
+    styled_materials::{
+        SceneLight, SharedBindings, StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material,
+    },
 };
 use crate::{
+    materials::toon::{RampImages, RampPair, ToonRamps},
     phantom::{StageRole, nearest},
-    shadows::ShadowDomeLight,
+    shadows::{Lamp, ShadowDomeLight},
 };
 use bevy::{ecs::system::SystemParam, platform::collections::HashSet, prelude::*};
 
@@ -16,6 +19,9 @@ pub(in crate::materials) struct Styles<'w, 's> {
     parents: Query<'w, 's, &'static ChildOf>,
     styles: Query<'w, 's, &'static SurfaceStyle>,
     domes: Query<'w, 's, (), With<ShadowDomeLight>>,
+    lamps: Query<'w, 's, (), Lamp>,
+    ramps: Query<'w, 's, &'static ToonRamps>,
+    ramp_images: Res<'w, RampImages>,
 }
 
 impl Styles<'_, '_> {
@@ -24,7 +30,11 @@ impl Styles<'_, '_> {
     }
 
     fn parameters<E: StyleExtension>(&self, mesh: Entity) -> Option<E::Parameters> {
-        E::parameters(&self.of(mesh), !self.domes.is_empty())
+        let scene = SceneLight { has_dome: !self.domes.is_empty(), has_lamps: !self.lamps.is_empty() };
+        let style = self.of(mesh);
+        let ramps = matches!(style, SurfaceStyle::Toon(_)).then(|| nearest(mesh, &self.parents, &self.ramps));
+        let ramps = ramps.flatten().map_or(RampPair::default(), |ramps| self.ramp_images.pair(ramps));
+        E::parameters(&style, ramps, scene)
     }
 }
 

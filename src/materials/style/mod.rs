@@ -7,8 +7,12 @@ mod classic_style;
 mod exchange;
 mod styled_materials;
 mod surface_style;
+mod toon_style;
 
 pub use classic_style::{ClassicModel, ClassicStyle, CombinedModel, MixedModel};
 pub(super) use exchange::{Styles, apply_styles, restore_originals, update_styled_materials};
-pub(super) use styled_materials::{SharedBindings, StyleExtension, Styled, StyledMaterials, without_layers};
-pub use surface_style::{SurfaceStyle, ToonStyle};
+pub(super) use styled_materials::{
+    SceneLight, SharedBindings, StyleExtension, Styled, StyledMaterials, without_layers,
+};
+pub use surface_style::SurfaceStyle;
+pub use toon_style::{OutlineUnit, PhongToon, ToonKey, ToonModel, ToonStyle};

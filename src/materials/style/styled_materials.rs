@@ -2,7 +2,11 @@
 
 use super::SurfaceStyle;
 use crate::{
-    materials::{classic::StrongestLight, neighbors::NeighborCubes},
+    materials::{
+        neighbors::NeighborCubes,
+        strongest_light::StrongestLight,
+        toon::{RampImages, RampPair},
+    },
     shadows::{DomeIdentity, DomeTextures},
 };
 use bevy::{
@@ -21,6 +25,7 @@ pub(in crate::materials) struct SharedBindings<'w> {
     pub(in crate::materials) dome: Res<'w, DomeTextures>,
     pub(in crate::materials) neighbors: Res<'w, NeighborCubes>,
     pub(in crate::materials) light: Res<'w, StrongestLight>,
+    pub(in crate::materials) ramps: Res<'w, RampImages>,
 }
 
 /// Key of the shared bindings. Materials are remade when it changes.
@@ -33,14 +38,23 @@ impl SharedBindings<'_> {
     }
 }
 
+/// Sources of light in the scene. Shaders have no code for those that it lacks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(in crate::materials) struct SceneLight {
+    pub(in crate::materials) has_dome: bool,
+    /// Whether there are lamps of the engine.
+    pub(in crate::materials) has_lamps: bool,
+}
+
 /// Extension of `StandardMaterial` that draws a style.
 pub(in crate::materials) trait StyleExtension: MaterialExtension {
     /// Parameters of the style that the extension depends on. Meshes with equal parameters and originals share a
     /// material.
     type Parameters: Copy + Eq + Hash + Send + Sync + 'static;
 
-    /// Returns the parameters of a style, or `None` if another extension draws it.
-    fn parameters(style: &SurfaceStyle, has_dome: bool) -> Option<Self::Parameters>;
+    /// Returns the parameters of a style, or `None` if another extension draws it. The ramps are those of toon
+    /// surfaces.
+    fn parameters(style: &SurfaceStyle, ramps: RampPair, scene: SceneLight) -> Option<Self::Parameters>;
 
     /// Returns the extension of an original, which is not simplified yet.
     fn new(parameters: Self::Parameters, original: &StandardMaterial, shared: &SharedBindings) -> Self;

@@ -70,9 +70,12 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let multisampled = vec![FORWARD, TONEMAPPED, PREPASSED, &["KEY_LIGHTS", "SPOTS"] as &[&str]];
             let few = vec![FORWARD, TEXTURED, PREPASSED, &["SAMPLES_ONLY"] as &[&str]];
             let sorted = vec![FORWARD, TEXTURED, PREPASSED, SORTED, CROSSFADED];
+            let lit = vec![FORWARD, TEXTURED, PREPASSED, &["HAS_LAMPS", "RIM", "KEY_REAL_LIGHT"] as &[&str]];
+            let ramps = vec![FORWARD, PREPASSED, &["DIFFUSE_RAMP", "SPECULAR_RAMP", "KEY_DIRECTION"] as &[&str]];
+            let phong = vec![FORWARD, PREPASSED, &["PHONG", "SPECULAR_RAMP", "HAS_LAMPS"] as &[&str]];
             let mirrors = vec![FORWARD, TEXTURED, PREPASSED, &["NEIGHBORS"] as &[&str]];
             let far = vec![FORWARD, TEXTURED];
-            let shadowed = filtered.into_iter().chain([multisampled, few, sorted, mirrors, far]);
+            let shadowed = filtered.into_iter().chain([multisampled, few, sorted, lit, ramps, phong, mirrors, far]);
             // Only classic surfaces leave out the dome where there is none.
             let dome: &[&str] = if name == "classic.wgsl" { &["DOME"] } else { &[] };
             forward.iter().cloned().chain(shadowed.map(|set| [set.as_slice(), &[dome]].concat())).collect()
@@ -128,12 +131,15 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let crossfaded = vec![FORWARD, PREPASSED, receiving, CROSSFADED];
             forward.iter().cloned().chain(with_shadows).chain([prepassed, lit, crossfaded]).collect()
         }
-        Some("near_reflections.wgsl") => forward.to_vec(),
+        Some("near_reflections.wgsl" | "room_light.wgsl" | "key_light.wgsl" | "bands.wgsl") => forward.to_vec(),
         Some("view_environment.wgsl") => forward.iter().cloned().chain([vec![]]).collect(),
         Some("engine_features.wgsl") => vec![vec![FORWARD, TEXTURED], vec![FORWARD, TEXTURED, SORTED, CROSSFADED]],
         Some("outline.wgsl") => {
             let without_normals = vec!["MESH_PIPELINE", "VERTEX_POSITIONS", "MORPH_TARGETS"];
-            let shapes: [&[&[&str]]; 4] = [
+            let (masked, second): (&[&str], &[&str]) = (&["MASKED"], &["MASKED", "MASK_UV_B", "VERTEX_UVS_B"]);
+            let shapes: [&[&[&str]]; 6] = [
+                &[FORWARD, TEXTURED, masked],
+                &[FORWARD, TEXTURED, SKINNED, second],
                 &[FORWARD],
                 &[FORWARD, TONEMAPPED, SKINNED],
                 &[FORWARD, MORPHED],

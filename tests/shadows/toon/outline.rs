@@ -2,11 +2,14 @@
 
 use crate::studio::{EXTENT, RADIUS, SIZE, Studio, toon};
 use bevy::{
+    asset::RenderAssetUsages,
+    image::ImageSampler,
     mesh::{
         VertexAttributeValues,
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
     prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_mirrorball::prelude::*;
 
@@ -80,4 +83,66 @@ fn the_outline_follows_bones() {
     }
     let moved = (SHIFT / EXTENT * 0.5 * SIZE.y as f32) as u32;
     assert!(edges[0].iter().zip(&edges[1]).all(|(before, after)| after - before == moved));
+}
+
+#[test]
+fn an_outline_in_meters_is_thinner_with_distance() {
+    let Some(mut studio) = Studio::new(SurfaceStyle::Engine) else { return };
+    studio.app.world_mut().despawn(studio.ball);
+    let outline_color = Color::linear_rgb(0.0, 1.0, 0.0);
+    let style = |outline_width, outline_unit| {
+        SurfaceStyle::Toon(ToonStyle { outline_width, outline_unit, outline_color, ..default() })
+    };
+    let small = || Sphere::new(0.1).mesh().ico(16).expect("few enough");
+    let ball = studio.add(small(), Color::WHITE, (style(0.05, OutlineUnit::Meters), Transform::default()));
+    let mut ring = |distance: f32, style: SurfaceStyle| {
+        let projection = PerspectiveProjection { fov: 0.6, aspect_ratio: 1.0, ..default() };
+        let world = studio.app.world_mut();
+        let camera = (Projection::Perspective(projection), Transform::from_xyz(0.0, 0.0, distance));
+        world.entity_mut(studio.camera).insert(camera);
+        world.entity_mut(ball).insert(style);
+        let picture = studio.shoot();
+        picture.outline_in_row(SIZE.y / 2, 0..SIZE.x / 2) as f32
+    };
+    let pixels_at = |distance: f32| 0.05 / (distance * 0.3_f32.tan()) * 0.5 * SIZE.y as f32;
+    for distance in [0.6, 1.2, 2.4] {
+        let (found, expected) = (ring(distance, style(0.05, OutlineUnit::Meters)), pixels_at(distance));
+        println!("{distance} m away: {found} pixels, expected {expected:.1}");
+        // The silhouette of a near ball is a little larger than its radius.
+        assert!((found - expected).abs() <= 1.0 + 0.15 * expected);
+        assert!((ring(distance, style(3.0, OutlineUnit::Pixels)) - 3.0).abs() <= 1.0);
+    }
+}
+
+#[test]
+fn the_outline_of_a_masked_surface_has_its_holes() {
+    const EDGE: u32 = 64;
+    let Some(mut studio) = Studio::new(SurfaceStyle::Engine) else { return };
+    studio.app.world_mut().despawn(studio.ball);
+    // The left half is cut out.
+    let texels = (0..EDGE * EDGE).flat_map(|i| [255, 255, 255, if i % EDGE < EDGE / 2 { 0 } else { 255 }]).collect();
+    let extent = Extent3d { width: EDGE, height: EDGE, depth_or_array_layers: 1 };
+    let (format, usage) = (TextureFormat::Rgba8Unorm, RenderAssetUsages::default());
+    let mut half = Image::new(extent, TextureDimension::D2, texels, format, usage);
+    half.sampler = ImageSampler::nearest();
+    let half = studio.app.world_mut().resource_mut::<Assets<Image>>().add(half);
+    let style = ToonStyle { outline_width: 5.0, outline_color: Color::linear_rgb(0.0, 1.0, 0.0), ..default() };
+    let material =
+        StandardMaterial { base_color_texture: Some(half), alpha_mode: AlphaMode::Mask(0.5), ..Color::WHITE.into() };
+    let faded = StandardMaterial { alpha_mode: AlphaMode::Blend, ..material.clone() };
+    let invisible =
+        StandardMaterial { base_color: Color::WHITE.with_alpha(0.2), base_color_texture: None, ..material.clone() };
+    let mut outline = |material: StandardMaterial| {
+        let cube = studio.add(Cuboid::from_length(0.6), material, SurfaceStyle::Toon(style));
+        let picture = studio.shoot();
+        studio.app.world_mut().despawn(cube);
+        let row = SIZE.y / 2;
+        [0..SIZE.x / 2, SIZE.x / 2..SIZE.x].map(|columns| picture.outline_in_row(row, columns))
+    };
+    // The far face of a cube has its texture mirrored; the left side of the picture is the right half of that.
+    let found = [outline(Color::WHITE.into()), outline(material), outline(faded), outline(invisible)];
+    println!("outlines left and right, of an opaque, a masked, a blended and an invisible box: {found:?}");
+    assert!(found[0].iter().all(|width| width.abs_diff(5) <= 1));
+    assert!(found[1].contains(&0) && found[1].iter().any(|width| *width >= 4));
+    assert_eq!(found[2..], [[0, 0], [0, 0]]);
 }

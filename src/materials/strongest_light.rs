@@ -1,4 +1,4 @@
-//! The strongest real light, in a buffer that all classic surfaces share.
+//! The strongest real light, in a buffer that all classic and toon surfaces share.
 //!
 //! Real lights change with every frame of a camera. The buffer is written in place, so that no material has to be
 //! prepared again.
@@ -11,27 +11,48 @@ use bevy::{
         Render, RenderApp, RenderSystems,
         extract_resource::{ExtractResource, ExtractResourcePlugin},
         render_asset::RenderAssets,
-        render_resource::{ShaderType, encase::StorageBuffer},
+        render_resource::{AsBindGroup, ShaderType, encase::StorageBuffer},
         renderer::RenderQueue,
         storage::{GpuShaderBuffer, ShaderBuffer},
     },
+    shader::load_shader_library,
 };
 use std::f32::consts::PI;
 
-/// Mirror of `StrongestLight` in `classic.wgsl`.
+/// Mirror of `StrongestLight` in `strongest_light.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 struct LightUniform {
     direction: Vec3,
     paper_radiance: Vec3,
+    key_direction: Vec3,
+    key_weight: f32,
 }
 
+/// Binding of the buffer in a material, as `strongest_light.wgsl` declares it.
+#[derive(AsBindGroup, Clone, Debug)]
+pub(super) struct LightBindings {
+    #[storage(105, read_only, visibility(fragment))]
+    strongest: Handle<ShaderBuffer>,
+}
+
+impl From<&StrongestLight> for LightBindings {
+    fn from(light: &StrongestLight) -> Self {
+        Self { strongest: light.buffer.clone() }
+    }
+}
+
+/// Largest turn of the key light in a frame, in radians: 8°, which moves N·L by less than a fifth, the width of the
+/// narrowest band.
+const MAX_TURN: f32 = 8.0 * PI / 180.0;
+/// Largest change of the key light's weight in a frame.
+const MAX_WEIGHT_CHANGE: f32 = 0.125;
 /// Minimum ratio of strengths at which another light takes over: noise does not move the highlight to and fro.
 const MIN_REPLACING_RATIO: f32 = 1.25;
 
 /// The strongest real light and the buffer that has it on the GPU.
 #[derive(Resource, ExtractResource, Clone)]
-pub(in crate::materials) struct StrongestLight {
-    pub(in crate::materials) buffer: Handle<ShaderBuffer>,
+pub(super) struct StrongestLight {
+    buffer: Handle<ShaderBuffer>,
     id: Option<u32>,
     uniform: LightUniform,
 }
@@ -46,12 +67,20 @@ impl FromWorld for StrongestLight {
 }
 
 pub(super) fn build(app: &mut App) {
+    load_shader_library!(app, "strongest_light.wgsl");
     app.add_plugins(ExtractResourcePlugin::<StrongestLight>::default()).add_systems(
         PostUpdate,
         choose_strongest_light.run_if(resource_exists::<StrongestLight>).after(MirrorballSystems::Light),
     );
     if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
         render_app.add_systems(Render, write_strongest_light.in_set(RenderSystems::PrepareResources));
+    }
+}
+
+/// Adds what needs the renderer.
+pub(super) fn finish(app: &mut App) {
+    if app.world().contains_resource::<Assets<ShaderBuffer>>() {
+        app.init_resource::<StrongestLight>();
     }
 }
 
@@ -64,13 +93,26 @@ fn strongest<'a>(lights: impl Iterator<Item = &'a RealLight>, last: Option<u32>)
         .max_by(|a, b| strength(a).total_cmp(&strength(b)))
 }
 
+/// Returns direction and weight of the key light, a frame after `last`: it turns to another light, appears and vanishes
+/// over some frames, so that no band of light is jumped over.
+fn followed(last: &LightUniform, target: Option<Vec3>) -> (Vec3, f32) {
+    match target {
+        None => (last.key_direction, (last.key_weight - MAX_WEIGHT_CHANGE).max(0.0)),
+        Some(target) if last.key_weight == 0.0 => (target, MAX_WEIGHT_CHANGE),
+        Some(target) => {
+            let turned = last.key_direction.rotate_towards(target, MAX_TURN).try_normalize().unwrap_or(target);
+            (turned, (last.key_weight + MAX_WEIGHT_CHANGE).min(1.0))
+        }
+    }
+}
+
 fn choose_strongest_light(lights: Query<&RealLight>, mut light: ResMut<StrongestLight>) {
     let chosen = strongest(lights.iter(), light.id);
     let id = chosen.map(|light| light.id);
-    let uniform = chosen.map_or(LightUniform::default(), |light| LightUniform {
-        direction: light.direction,
-        paper_radiance: light.color.to_vec3() * (light.irradiance / PI),
-    });
+    let (key_direction, key_weight) = followed(&light.uniform, chosen.map(|light| light.direction));
+    let (direction, paper_radiance) = chosen
+        .map_or((Vec3::ZERO, Vec3::ZERO), |light| (light.direction, light.color.to_vec3() * (light.irradiance / PI)));
+    let uniform = LightUniform { direction, paper_radiance, key_direction, key_weight };
     if (light.id, light.uniform) != (id, uniform) {
         light.id = id;
         light.uniform = uniform;
@@ -112,6 +154,28 @@ mod tests {
             angular_radius: 0.1,
             fraction: 0.1,
         }
+    }
+
+    #[test]
+    fn the_key_light_turns_by_some_degrees_a_frame_and_fades_where_there_is_none() {
+        let mut uniform = LightUniform::default();
+        let mut step = |target: Option<Vec3>| {
+            let last = uniform;
+            (uniform.key_direction, uniform.key_weight) = followed(&last, target);
+            let turn = last.key_direction.angle_between(uniform.key_direction).to_degrees();
+            (uniform, if last.key_weight > 0.0 { turn } else { 0.0 })
+        };
+        for target in [Vec3::X, Vec3::NEG_X, Vec3::new(-0.6, 0.8, 0.0), Vec3::Z] {
+            let frames: Vec<_> = (0..40).map(|_| step(Some(target))).collect();
+            assert!(frames.iter().all(|(_, turn)| *turn < 8.1), "{frames:?}");
+            let (last, _) = frames[39];
+            assert!(last.key_direction.distance(target) < 1e-3 && last.key_weight == 1.0, "{last:?}");
+        }
+        let nearby = Quat::from_rotation_y(5_f32.to_radians()) * Vec3::Z;
+        assert!(step(Some(nearby)).0.key_direction.distance(nearby) < 1e-3, "it follows a light that moves");
+        let faded = (0..8).map(|_| step(None).0).last().expect("eight frames");
+        assert!(faded.key_weight == 0.0 && faded.key_direction.distance(nearby) < 1e-3);
+        assert_eq!(step(Some(Vec3::Y)).0.key_direction, Vec3::Y, "one that appears is there at once");
     }
 
     #[test]
