@@ -118,9 +118,9 @@
 //! outline, and neither have meshes without normals.
 //!
 //! Cost: nine lookups in the diffuse map per pixel, one evaluation of the dome's shadows and, in scenes with lamps, two
-//! loops over these, one of them with their shadow maps; two lookups and a loop more for a rim light. On software
-//! Vulkan a frame takes three quarters of the time of the engine's shading under a static map and a dome, nine tenths
-//! with outlines, which draw the triangles of the mesh again (`benches/looks`).
+//! loops over these, one of them with their shadow maps; two lookups and a loop more for a rim light. Outlines draw the
+//! triangles of the mesh again. On software Vulkan a frame takes three quarters of the time of the engine's shading
+//! under a static map and a dome (`benches/looks`).
 //!
 //! Limits: near a lamp the bands follow its falloff with distance and are not flat. All bands lie between two colors,
 //! so with two lamps of different colors each side shows their mixture. Maps count as far away; light probes of the

@@ -57,7 +57,7 @@ fn direction_or(vector: vec3f, fallback: vec3f) -> vec3f {
 
 /// Light on both sides of white paper with this normal, without shadows: the side that faces along the normal, and the
 /// other.
-fn light_on_sides(in: VertexOutput, surface: PbrInput, normal: vec3f) -> array<vec3f, 2> {
+fn light_on_sides(in: VertexOutput, normal: vec3f) -> array<vec3f, 2> {
     let everywhere = ambient();
     var sides = array(view_irradiance(normal) + everywhere, view_irradiance(-normal) + everywhere);
 #ifdef HAS_LAMPS
@@ -91,7 +91,7 @@ fn room_light(in: VertexOutput, surface: PbrInput) -> RoomLight {
     light.prevailing_cosine = saturate(dot(surface.N, dir_prevailing));
     light.chosen_cosine = saturate(dot(surface.N, key.dir));
     light.dir_bright = direction_or(mix(dir_prevailing, key.dir, key.weight), surface.N);
-    let sides = light_on_sides(in, surface, light.dir_bright);
+    let sides = light_on_sides(in, light.dir_bright);
     light.bright = sides[0];
     light.opposite = sides[1];
     return light;

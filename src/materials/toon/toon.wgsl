@@ -80,7 +80,7 @@ fn rim_light(in: VertexOutput, surface: PbrInput) -> vec3f {
     let stripe = edge(RIM_START, 1.0 - saturate(dot(surface.N, surface.V)));
     let away = surface.N - surface.V;
     let dir_behind = away * inverseSqrt(max(dot(away, away), MIN_LIGHT));
-    return light_on_sides(in, surface, dir_behind)[0] * (stripe * toon.rim);
+    return light_on_sides(in, dir_behind)[0] * (stripe * toon.rim);
 }
 #else
 fn rim_light(in: VertexOutput, surface: PbrInput) -> vec3f {

@@ -100,19 +100,16 @@ fn lookup_samples(at: SampledPlace, pos_world: vec3f, normal: vec3f, kind: u32) 
     return SampleLookup(sum / max(weights, 1e-20), weights);
 }
 
-/// Whether the visibility samples belong to this camera.
-fn are_own_samples() -> bool {
-    let difference = abs(dome.visibility_clip_from_world[0] - view.unjittered_clip_from_world[0])
-        + abs(dome.visibility_clip_from_world[1] - view.unjittered_clip_from_world[1])
-        + abs(dome.visibility_clip_from_world[2] - view.unjittered_clip_from_world[2])
-        + abs(dome.visibility_clip_from_world[3] - view.unjittered_clip_from_world[3]);
-    return all(dome.visibility_viewport == view.viewport) && dot(difference, vec4f(1.0)) < 1e-4;
-}
-
 /// Whether this camera renders a face of a cube.
 fn is_cube_face() -> bool {
     let widening = abs(vec2f(view.clip_from_view[0].x, view.clip_from_view[1].y));
     return all(abs(widening - 1.0) < vec2f(1e-5));
+}
+
+/// Whether there are visibility samples, of whatever camera, in their current number.
+fn has_samples() -> bool {
+    let is_whole = arrayLength(&visibility_samples) == dome.visibility_size.x * dome.visibility_size.y;
+    return dome.sample_pixels > 0u && is_whole;
 }
 
 /// Meters per pixel at a depth of one meter, for a camera's matrix and the height of its viewport.
@@ -135,14 +132,17 @@ fn projected_place(pos_world: vec3f) -> SampledPlace {
     return SampledPlace(place - 0.5, select(0.0, depth, is_seen));
 }
 
-/// Whether there are visibility samples, of whatever camera, in their current number.
-fn has_samples() -> bool {
-    let is_whole = arrayLength(&visibility_samples) == dome.visibility_size.x * dome.visibility_size.y;
-    return dome.sample_pixels > 0u && is_whole;
-}
-
 #ifdef DEPTH_PREPASS
 #ifdef NORMAL_PREPASS
+/// Whether the visibility samples belong to this camera.
+fn are_own_samples() -> bool {
+    let difference = abs(dome.visibility_clip_from_world[0] - view.unjittered_clip_from_world[0])
+        + abs(dome.visibility_clip_from_world[1] - view.unjittered_clip_from_world[1])
+        + abs(dome.visibility_clip_from_world[2] - view.unjittered_clip_from_world[2])
+        + abs(dome.visibility_clip_from_world[3] - view.unjittered_clip_from_world[3]);
+    return all(dome.visibility_viewport == view.viewport) && dot(difference, vec4f(1.0)) < 1e-4;
+}
+
 #ifdef MULTISAMPLED
 /// Position within a pixel at which the prepass was sampled.
 fn sample_position() -> vec2f {
@@ -153,31 +153,23 @@ fn sample_position() -> vec2f {
     return first_sample(1u);
 }
 #endif
-#endif
-#endif
 
-/// Place of a fragment among the samples.
+/// Place of a fragment among the samples, if they are its camera's own. Those of another camera are not looked for:
+/// software rasterizers would do it for all fragments.
 fn sampled_place(frag_coord: vec4f, pos_world: vec3f) -> SampledPlace {
-#ifdef DEPTH_PREPASS
-#ifdef NORMAL_PREPASS
-    if are_own_samples() {
-        return SampledPlace(frag_coord.xy - sample_position(), distance(pos_world, view.world_position));
-    }
-#endif
-#endif
+    let distance_to_camera = distance(pos_world, view.world_position);
+    return SampledPlace(frag_coord.xy - sample_position(), select(0.0, distance_to_camera, are_own_samples()));
+}
+#else
+fn sampled_place(frag_coord: vec4f, pos_world: vec3f) -> SampledPlace {
     return projected_place(pos_world);
 }
-
-/// Samples of the surface of a fragment. The weight is negative if there are none.
-fn samples_of(frag_coord: vec4f, pos_world: vec3f, normal: vec3f, kind: u32) -> SampleLookup {
-    if has_samples() {
-        let at = sampled_place(frag_coord, pos_world);
-        if at.distance > 0.0 {
-            return lookup_samples(at, pos_world, normal, kind);
-        }
-    }
-    return SampleLookup(vec4f(0.0), -1.0);
+#endif
+#else
+fn sampled_place(frag_coord: vec4f, pos_world: vec3f) -> SampledPlace {
+    return projected_place(pos_world);
 }
+#endif
 
 /// Directions and surfels that a fragment without samples sums over: all, but in each of 2 × 2 pixels of the face of a
 /// cube a quarter of them. Most of what a face shows has samples, and reflections blur the rest.
@@ -189,9 +181,12 @@ fn ranks_of(frag_coord: vec4f) -> RankSubset {
 /// Factor on the camera's frame at a phantom. Alpha: luminance of the real light that other phantoms leave, as a
 /// fraction of that of the open sky; computed only if there are lamps, whose light is compared with it.
 fn phantom_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec4f {
-    let found = samples_of(frag_coord, pos_world, normal, PHANTOM_BITS);
-    if found.weight > MIN_FOUND_WEIGHT {
-        return found.fraction;
+    let at = sampled_place(frag_coord, pos_world);
+    if has_samples() && at.distance > 0.0 {
+        let found = lookup_samples(at, pos_world, normal, PHANTOM_BITS);
+        if found.weight > MIN_FOUND_WEIGHT {
+            return found.fraction;
+        }
     }
 #ifdef SAMPLES_ONLY
     return vec4f(1.0);
@@ -207,9 +202,12 @@ fn phantom_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec4f {
 
 /// Factor on the diffuse image-based light of a virtual surface.
 fn virtual_ratio(frag_coord: vec4f, pos_world: vec3f, normal: vec3f) -> vec3f {
-    let found = samples_of(frag_coord, pos_world, normal, VIRTUAL_BITS);
-    if found.weight > MIN_FOUND_WEIGHT {
-        return found.fraction.rgb;
+    let at = sampled_place(frag_coord, pos_world);
+    if has_samples() && at.distance > 0.0 {
+        let found = lookup_samples(at, pos_world, normal, VIRTUAL_BITS);
+        if found.weight > MIN_FOUND_WEIGHT {
+            return found.fraction.rgb;
+        }
     }
 #ifdef SAMPLES_ONLY
     return vec3f(1.0);
