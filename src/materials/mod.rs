@@ -69,7 +69,7 @@
 //! | `OrderIndependentTransparencySettings` | the same, sorted by depth; needs more storage buffers than the 8 that WebGPU guarantees | `order::transparency…` |
 //! | `Camera::viewport` | the whole frame, fitted into the viewport | `view::a_viewport…` |
 //! | `MainPassResolutionOverride` | the same with fewer pixels, for what scales them up | `view::a_main_pass…` |
-//! | second window or target | a camera without frames shows virtual things; shadows come from the first camera's samples where that sees the same, and are summed in the fragment shader elsewhere | `view::a_second_target…` |
+//! | second window or target | a camera without frames shows virtual things; shadows are summed in the fragment shader | `view::a_second_target…` |
 //! | `RenderLayers` | a mesh casts if it shares a layer with the [`ShadowDomeLight`](crate::shadows::ShadowDomeLight), seen or not | `parts::a_mesh_casts…` |
 //! | `VisibilityRange` | levels of detail crossfade; out of range of all cameras, a mesh does not cast | `parts::levels…`, `parts::what_is_out…` |
 //! | decals | forward decals paint on the frame and on virtual things, and cast nothing; clustered decals paint on virtual things only | `parts::a_decal…` |

@@ -43,10 +43,8 @@
 //! over every fourth direction, ordered by strength, and takes the sums over the other directions from its neighbors
 //! (interleaved sampling, Keller and Heidrich 2001). What a sample has looked up is kept while it shows the same point
 //! and nothing is drawn into the shadow map: where nothing moves, light may change without a single lookup. Fragments
-//! too thin for a sample take those of the nearest similar surfaces. Transparent surfaces are summed in the fragment
-//! shader. Other cameras without a prepass take the samples of what they see of the same surfaces if these are at most
-//! two of their pixels apart, and sum the rest in the fragment shader. The faces of probes take all samples that show
-//! what they see; elsewhere each of 2 × 2 pixels sums over a quarter of the directions and surfels.
+//! too thin for a sample take those of the nearest similar surfaces. Other cameras and transparent surfaces sum in the
+//! fragment shader.
 //!
 //! # Directions
 //! Directions are spread evenly (a Fibonacci lattice), or a [`LightsFile`] lists directional lights and spot lights

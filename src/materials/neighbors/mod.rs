@@ -24,8 +24,8 @@
 //! # Cost
 //! Nothing while nothing changes: writing equal transforms is no change. After a change of a transform, mesh, material,
 //! light, pose, frame or environment, [`NeighborReflections::faces_per_frame`] faces are rendered per frame until all
-//! are up to date, and each finished probe is filtered once. Faces take the light of what the camera sees from its
-//! visibility pass. With several mirrors each is rendered twice, so that they show each other.
+//! are up to date, and each finished probe is filtered once. With several mirrors each is rendered twice, so that they
+//! show each other.
 //!
 //! # Limits
 //! Only surfaces of [`SurfaceStyle::ImageBased`](super::SurfaceStyle::ImageBased) in scenes with a

@@ -47,10 +47,10 @@ fn light_of_surfel(i: u32, pos_world: vec3f, normal: vec3f, is_real: bool) -> Bo
     return light_from(surfel, hidden, pos_world, normal, is_real);
 }
 
-/// Irradiance from every `step`th surfel at a surface, starting from `first`.
-fn bounced_light(pos_world: vec3f, normal: vec3f, is_real: bool, first: u32, step: u32) -> BouncedLight {
+/// Irradiance from all surfels at a surface.
+fn bounced_light(pos_world: vec3f, normal: vec3f, is_real: bool) -> BouncedLight {
     var sum = BouncedLight();
-    for (var i = first; i < results.lit.count; i += step) {
+    for (var i = 0u; i < results.lit.count; i++) {
         sum = add_bounced(sum, light_of_surfel(i, pos_world, normal, is_real));
     }
     return sum;

@@ -73,12 +73,13 @@ fn add_sums(a: LightSums, b: LightSums) -> LightSums {
     return LightSums(a.unshadowed + b.unshadowed, a.shadowed + b.shadowed, a.open_sky + b.open_sky);
 }
 
-/// Subset of the directions and surfels to sum over: every `step`th one, starting from `first`. Key lights are summed
-/// separately.
+/// Subset of the directions to sum over: every `step`th rank, starting from `first`. Key lights are summed separately.
 struct RankSubset {
     first: u32,
     step: u32,
 }
+
+const ALL_RANKS: RankSubset = RankSubset(0u, 1u);
 
 fn is_key(index: u32) -> bool {
 #ifdef KEY_LIGHTS
@@ -220,20 +221,13 @@ fn phantom_factor(total: LightSums) -> vec3f {
     return select(vec3f(1.0), factor, vec3<bool>(is_lit) & (total.unshadowed > vec3f(0.0)));
 }
 
-/// Sums over a subset of the directions and surfels, as an estimate of those over all of them, and over key lights.
-fn estimate(directions: LightSums, bounced: BouncedLight, keys: LightSums, ranks: RankSubset) -> LightSums {
-    let subset = with_bounced_light(directions, bounced);
-    let scale = f32(ranks.step);
-    return add_sums(LightSums(subset.unshadowed * scale, subset.shadowed * scale, subset.open_sky * scale), keys);
-}
-
-fn phantom_visibility(pos_world: vec3f, normal: vec3f, ranks: RankSubset) -> vec3f {
+fn phantom_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     if results.lit.count == 0u && !is_in_virtual_shadow(pos_world, normal) {
         return vec3f(1.0);
     }
-    let directions = accumulate_phantom(pos_world, normal, ranks);
-    let bounced = bounced_light(pos_world, normal, true, ranks.first, ranks.step);
-    return phantom_factor(estimate(directions, bounced, accumulate_phantom_keys(pos_world, normal), ranks));
+    let directions = accumulate_phantom(pos_world, normal, ALL_RANKS);
+    let total = add_sums(directions, accumulate_phantom_keys(pos_world, normal));
+    return phantom_factor(with_bounced_light(total, bounced_light(pos_world, normal, true)));
 }
 
 /// Sums over a subset of the directions at a surface. Virtual casters do not count at a real one.
@@ -276,11 +270,16 @@ fn surface_factor(total: LightSums) -> vec3f {
     return select(vec3f(1.0), factor, total.unshadowed > vec3f(1e-6));
 }
 
+/// Sums over all directions and key lights at a surface.
+fn sky_light(pos_world: vec3f, normal: vec3f, is_real: bool) -> LightSums {
+    let directions = accumulate_surface(pos_world, normal, is_real, ALL_RANKS);
+    return add_sums(directions, accumulate_surface_keys(pos_world, normal, is_real));
+}
+
 /// Factor on the diffuse image-based light of a virtual surface.
-fn virtual_visibility(pos_world: vec3f, normal: vec3f, ranks: RankSubset) -> vec3f {
-    let directions = accumulate_surface(pos_world, normal, false, ranks);
-    let bounced = bounced_light(pos_world, normal, false, ranks.first, ranks.step);
-    return surface_factor(estimate(directions, bounced, accumulate_surface_keys(pos_world, normal, false), ranks));
+fn virtual_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
+    let total = sky_light(pos_world, normal, false);
+    return surface_factor(with_bounced_light(total, bounced_light(pos_world, normal, false)));
 }
 
 /// Luminance of a fraction of light per channel, at least 0.001.
@@ -289,11 +288,9 @@ fn luminance_fraction(fraction: vec3f) -> f32 {
 }
 
 /// Fraction of the environment's light that phantoms leave to a real surface.
-fn real_visibility(pos_world: vec3f, normal: vec3f, ranks: RankSubset) -> vec3f {
+fn real_visibility(pos_world: vec3f, normal: vec3f) -> vec3f {
     if !has_casters(PHANTOM_CASTERS) {
         return vec3f(1.0);
     }
-    let directions = accumulate_surface(pos_world, normal, true, ranks);
-    let keys = accumulate_surface_keys(pos_world, normal, true);
-    return surface_factor(estimate(directions, BouncedLight(), keys, ranks));
+    return surface_factor(sky_light(pos_world, normal, true));
 }
