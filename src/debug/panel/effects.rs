@@ -54,8 +54,8 @@ pub(super) fn draw_effects(ui: &mut egui::Ui, effects: &mut Effects) {
         }
         let Some(mut grain) = grain else { continue };
         let mut changed = *grain;
-        ui.add(egui::Slider::new(&mut changed.noise, 0.0..=4.0).text("noise"));
-        ui.add(egui::Slider::new(&mut changed.blur, 0.0..=4.0).text("width of edges"));
+        ui.add(egui::Slider::new(&mut changed.noise, CameraGrain::STRENGTHS).text("noise"));
+        ui.add(egui::Slider::new(&mut changed.blur, CameraGrain::STRENGTHS).text("width of edges"));
         grain.set_if_neq(changed);
         if let Some(measured) = measured {
             let noise = measured.noise(0.5).y * 255.0;

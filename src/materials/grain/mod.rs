@@ -80,7 +80,7 @@ pub struct CameraGrain {
 }
 
 impl CameraGrain {
-    const STRENGTHS: std::ops::RangeInclusive<f32> = 0.0..=4.0;
+    pub(crate) const STRENGTHS: std::ops::RangeInclusive<f32> = 0.0..=4.0;
 
     fn clamped(strength: f32) -> f32 {
         if strength.is_nan() { 1.0 } else { strength.clamp(*Self::STRENGTHS.start(), *Self::STRENGTHS.end()) }
