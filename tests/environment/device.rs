@@ -40,6 +40,12 @@ fn restricted(limits: WgpuLimits) -> RenderPlugin {
     RenderPlugin { render_creation: settings.into(), synchronous_pipeline_compilation: true, ..default() }
 }
 
+/// Asks for everything that the adapter can do, whatever the environment variable `WGPU_SETTINGS_PRIO` says.
+pub(crate) fn unrestricted() -> RenderPlugin {
+    let settings = WgpuSettings { priority: WgpuSettingsPriority::Functionality, ..default() };
+    RenderPlugin { render_creation: settings.into(), synchronous_pipeline_compilation: true, ..default() }
+}
+
 /// A camera above a phantom desk with a virtual ball on it, of each style, and everything else that has a pass of its
 /// own.
 struct Scene {
@@ -177,7 +183,7 @@ fn the_whole_crate_runs_with_webgpus_default_limits_and_no_optional_feature() {
     });
     assert!(failed.is_none(), "a pipeline was not made: {:?}", failed.map(|pipeline| &pipeline.state));
 
-    let mut free = Scene::new(RenderPlugin { synchronous_pipeline_compilation: true, ..default() }).expect("as before");
+    let mut free = Scene::new(unrestricted()).expect("as before");
     let unrestrained = free.shoot();
     let worst = restrained.iter().zip(&unrestrained).map(|(a, b)| a.abs_diff(*b)).max();
     assert!(worst <= Some(1), "the pictures differ by {worst:?}");
