@@ -12,8 +12,9 @@ pub use crate::{
     },
     lighting::{RealLight, RealLightAppeared, RealLightVanished},
     materials::{
-        CameraGrain, ClassicModel, ClassicStyle, CombinedModel, MixedModel, NeighborReflections, NoNeighborReflections,
-        OutlineUnit, PhongToon, ShowPhantoms, SoftPhantomEdges, SurfaceStyle, ToonKey, ToonModel, ToonRamps, ToonStyle,
+        CameraGrain, ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, NeighborReflections,
+        NoNeighborReflections, PhongToon, ShowPhantoms, SoftPhantomEdges, SurfaceStyle, ToonKey, ToonModel, ToonRamps,
+        ToonStyle,
     },
     phantom::PhantomObject,
     prefilter::{EnvironmentState, LiveEnvironment, Refresh},

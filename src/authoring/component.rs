@@ -6,7 +6,7 @@ use super::{
     rules::{Word, quoted, shown},
 };
 use crate::{
-    materials::SurfaceStyle,
+    materials::{MeasuredLightWeight, SurfaceStyle},
     phantom::PhantomObject,
     probe::{ClipRecovery, LightProbeSphere},
     shadows::ShadowDomeLight,
@@ -116,6 +116,8 @@ authored_components! {
     ShadowDomeLight,
     /// The rendering style of a node and its descendants.
     SurfaceStyle,
+    /// How much of the measured light a node and its descendants receive.
+    MeasuredLightWeight,
 }
 
 /// Reads a field that holds the name of one of several values; `words` and `values` are in the same order.

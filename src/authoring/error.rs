@@ -13,7 +13,7 @@ pub enum ExtrasPlace {
     Node,
     /// A mesh (the object's data in Blender). Its components go to every node that uses it.
     Mesh,
-    /// A scene. Only a dome and a style are taken from it.
+    /// A scene. Only a dome, a style and the weight of the measured light are taken from it.
     Scene,
     /// A material. Nothing is taken from it.
     Material,
@@ -24,7 +24,7 @@ impl ExtrasPlace {
     pub(super) fn takes(self, component: &str) -> bool {
         match self {
             Self::Node | Self::Mesh => true,
-            Self::Scene => matches!(component, "ShadowDomeLight" | "SurfaceStyle"),
+            Self::Scene => matches!(component, "ShadowDomeLight" | "SurfaceStyle" | "MeasuredLightWeight"),
             Self::Material => false,
         }
     }

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     materials::{
-        ClassicModel, ClassicStyle, CombinedModel, MixedModel, OutlineUnit, PhongToon, SurfaceStyle, ToonKey,
+        ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, PhongToon, SurfaceStyle, ToonKey,
         ToonModel, ToonStyle,
     },
     phantom::PhantomObject,
@@ -46,6 +46,14 @@ impl FromExtras for SurfaceStyle {
     }
 }
 
+impl FromExtras for MeasuredLightWeight {
+    const EXAMPLE: &'static str = r#"{"weight": 0.2}"#;
+
+    fn from_fields(fields: &mut Fields) -> Option<Self> {
+        fields.required("weight", FRACTION).map(Self)
+    }
+}
+
 /// Reads a toon style. The coefficients of Phong's formula stand beside the name of the model.
 fn toon(fields: &mut Fields) -> ToonStyle {
     let default = ToonStyle::default();
@@ -59,10 +67,8 @@ fn toon(fields: &mut Fields) -> ToonStyle {
         Some("Direction") => ToonKey::Direction(key_direction(fields)),
         _ => ToonKey::Prevailing,
     };
-    let (outline_unit, max, unit) = match fields.optional("outline_unit", Word(&["Pixels", "Meters"])) {
-        Some("Meters") => (OutlineUnit::Meters, ToonStyle::MAX_OUTLINE_METERS, "meters"),
-        _ => (OutlineUnit::Pixels, ToonStyle::MAX_OUTLINE_WIDTH, "pixels"),
-    };
+    let pixels = FromZero { max: ToonStyle::MAX_OUTLINE_WIDTH, unit: "pixels" };
+    let meters = FromZero { max: ToonStyle::MAX_OUTLINE_METERS, unit: "meters" };
     ToonStyle {
         model,
         bands: fields.optional("bands", bands).unwrap_or(default.bands),
@@ -70,10 +76,8 @@ fn toon(fields: &mut Fields) -> ToonStyle {
         softness: fields.optional("softness", FRACTION).unwrap_or(default.softness),
         highlight: fields.optional("highlight", Flag).unwrap_or(default.highlight),
         rim: fields.optional("rim", FRACTION).unwrap_or(default.rim),
-        outline_width: fields
-            .optional("outline_width", FromZero { max, unit })
-            .unwrap_or(default.outline_width.min(max)),
-        outline_unit,
+        outline_width: fields.optional("outline_width", pixels).unwrap_or(default.outline_width),
+        outline_meters: fields.optional("outline_meters", meters).unwrap_or(default.outline_meters),
         outline_color: fields.optional("outline_color", HexColor).unwrap_or(default.outline_color),
     }
 }
@@ -145,8 +149,17 @@ mod tests {
     use crate::authoring::{ExtrasProblem, component};
     use serde_json::{Map, Value, json};
 
-    fn read_value(component: &'static str, value: &Value) -> Result<SurfaceStyle, Vec<ExtrasProblem>> {
+    fn read_value<C: FromExtras>(component: &'static str, value: &Value) -> Result<C, Vec<ExtrasProblem>> {
         component::read_value(component, value, &Map::new())
+    }
+
+    #[test]
+    fn the_weight_of_the_measured_light_is_a_fraction() {
+        let read = |value| read_value::<MeasuredLightWeight>("MeasuredLightWeight", &value);
+        assert_eq!(read(json!({"weight": 0.25})), Ok(MeasuredLightWeight(0.25)));
+        for wrong in [json!({"weight": 2}), json!({}), json!(0.5)] {
+            assert_eq!(read(wrong).map_err(|problems| problems.len()), Err(1));
+        }
     }
 
     #[test]
@@ -168,15 +181,15 @@ mod tests {
         let phong = PhongToon { diffuse: 0.8, specular: 0.3, exponent: 40.0 };
         let all = json!({"Toon": {
             "model": "Phong", "diffuse": 0.8, "specular": 0.3, "exponent": 40, "key": "Direction",
-            "key_direction": [0, 2, 1], "softness": 0.5, "rim": 0.25, "outline_unit": "Meters", "outline_width": 0.01
+            "key_direction": [0, 2, 1], "softness": 0.5, "rim": 0.25, "outline_width": 0, "outline_meters": 0.01
         }});
         let expected = ToonStyle {
             model: ToonModel::Phong(phong),
             key: ToonKey::Direction(Vec3::new(0.0, 2.0, 1.0)),
             softness: 0.5,
             rim: 0.25,
-            outline_width: 0.01,
-            outline_unit: OutlineUnit::Meters,
+            outline_width: 0.0,
+            outline_meters: 0.01,
             ..default()
         };
         assert_eq!(read(all), toon(expected));
@@ -221,7 +234,7 @@ mod tests {
             (json!({"Toon": {"key": "Direction"}}), "SurfaceStyle.Toon.key_direction is missing"),
             (json!({"Toon": {"key_direction": [0, 1, 0]}}), "SurfaceStyle.Toon.key_direction is unknown"),
             (json!({"Toon": {"exponent": 9}}), "SurfaceStyle.Toon.exponent is unknown"),
-            (json!({"Toon": {"outline_unit": "Meters", "outline_width": 2}}), "SurfaceStyle.Toon.outline_width is 2"),
+            (json!({"Toon": {"outline_meters": 2}}), "SurfaceStyle.Toon.outline_meters is 2"),
             (json!({"Toon": 3}), "SurfaceStyle.Toon is 3"),
             (json!({}), "SurfaceStyle.Toon is missing"),
             (json!({"Tune": {}, "Toon": {}}), "SurfaceStyle.Tune is unknown"),
@@ -233,7 +246,7 @@ mod tests {
             (json!({"Classic": {}, "Toon": {}}), "SurfaceStyle.Toon is unknown"),
         ];
         for (json, expected) in mistakes {
-            let problems = read_value("SurfaceStyle", &json).expect_err("a mistake");
+            let problems = read_value::<SurfaceStyle>("SurfaceStyle", &json).expect_err("a mistake");
             let text = problems[0].to_string();
             assert!(problems.len() == 1 && text.starts_with(expected), "{json}: {problems:?}, {text}");
         }

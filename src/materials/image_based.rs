@@ -4,15 +4,15 @@ use super::{
     SurfaceStyle,
     dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
     neighbors::is_mirror,
-    style::{SceneLight, SharedBindings, StyleExtension},
-    toon::RampPair,
+    style::{MeshContext, SharedBindings, StyleExtension, equal_by_numbers},
 };
 use crate::shadows::DomeShader;
 use bevy::{
+    math::FloatOrd,
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
     prelude::*,
-    render::render_resource::{AsBindGroup, RenderPipelineDescriptor, SpecializedMeshPipelineError},
+    render::render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
     render::storage::ShaderBuffer,
     shader::ShaderRef,
 };
@@ -25,6 +25,7 @@ pub type ImageBasedMaterial = ExtendedMaterial<StandardMaterial, DomeShadowed>;
 pub struct DomeShadowed {
     dome: DomeBindings,
     neighbors: NeighborBindings,
+    light: MeasuredBindings,
     is_mirror: bool,
 }
 
@@ -44,7 +45,27 @@ struct NeighborBindings {
     cubes: Handle<ShaderBuffer>,
 }
 
-bind_fields!(DomeShadowed, ImageBasedKey, dome: DomeBindings, neighbors: NeighborBindings);
+#[derive(AsBindGroup, Clone, Debug)]
+struct MeasuredBindings {
+    #[uniform(106)]
+    uniform: MeasuredUniform,
+}
+
+/// Mirror of `Measured` in `image_based.wgsl`.
+#[derive(ShaderType, Clone, Copy, Debug)]
+pub(super) struct MeasuredUniform {
+    weight: f32,
+}
+
+impl MeasuredUniform {
+    fn numbers(&self) -> FloatOrd {
+        FloatOrd(self.weight)
+    }
+}
+
+equal_by_numbers!(MeasuredUniform);
+
+bind_fields!(DomeShadowed, ImageBasedKey, dome: DomeBindings, neighbors: NeighborBindings, light: MeasuredBindings);
 
 impl From<&DomeShadowed> for ImageBasedKey {
     fn from(extension: &DomeShadowed) -> Self {
@@ -71,15 +92,19 @@ impl MaterialExtension for DomeShadowed {
 }
 
 impl StyleExtension for DomeShadowed {
-    type Parameters = ();
+    type Parameters = MeasuredUniform;
 
-    fn parameters(style: &SurfaceStyle, _: RampPair, scene: SceneLight) -> Option<()> {
-        (scene.has_dome && *style == SurfaceStyle::ImageBased).then_some(())
+    /// Without a dome, the engine draws a surface that receives all light.
+    fn parameters(style: &SurfaceStyle, context: MeshContext) -> Option<MeasuredUniform> {
+        let weight = context.measured_light;
+        let differs = context.has_dome || weight < 1.0;
+        (differs && *style == SurfaceStyle::ImageBased).then_some(MeasuredUniform { weight })
     }
 
-    fn new((): (), original: &StandardMaterial, shared: &SharedBindings) -> Self {
+    fn new(uniform: MeasuredUniform, original: &StandardMaterial, shared: &SharedBindings) -> Self {
         Self {
             dome: shared.dome.as_ref().into(),
+            light: MeasuredBindings { uniform },
             neighbors: NeighborBindings { cubes: shared.neighbors.buffer.clone() },
             is_mirror: shared.neighbors.has_mirrors() && is_mirror(original),
         }

@@ -7,7 +7,8 @@
 //!
 //! The `StandardMaterial` of a mesh is replaced by an [`ImageBasedMaterial`], a [`ToonMaterial`] or a
 //! [`ClassicMaterial`] that extends it. Changes of the original asset are copied into the extended material.
-//! [`SurfaceStyle::Engine`] keeps or restores the original. Styles may change at any time.
+//! [`SurfaceStyle::Engine`] keeps or restores the original. Styles may change at any time. [`MeasuredLightWeight`] says
+//! how much of the room's light surfaces receive beside that of the author's lamps.
 //!
 //! # Virtual lamps on real surfaces
 //! Bevy's point, spot and directional lights illuminate phantoms that receive shadows: camera frame × (visibility
@@ -110,7 +111,7 @@
 //! map, alpha and emissive are kept; coats and transmission are not drawn. Band edges are one pixel wide, or soft
 //! ([`ToonStyle::softness`]). Without any light a toon surface of the room's light is black.
 //!
-//! The outline is a child entity that draws the far side of the mesh, moved outwards by a number of pixels or meters.
+//! The outline is a child entity that draws the far side of the mesh, moved outwards by a number of pixels and meters.
 //! Hard edges are closed by merging the normals at each position if the mesh's data is still on the CPU; otherwise the
 //! line has gaps there. The line beside a right-angled edge is up to 30 % thinner. An outline has the depth of its
 //! mesh, so it is hidden where the mesh touches something nearer to the camera, such as the desk it stands on. Alpha
@@ -187,8 +188,8 @@ pub use phantom::PhantomMaterial;
 pub use show_phantoms::ShowPhantoms;
 pub use soft_edges::SoftPhantomEdges;
 pub use style::{
-    ClassicModel, ClassicStyle, CombinedModel, MixedModel, OutlineUnit, PhongToon, SurfaceStyle, ToonKey, ToonModel,
-    ToonStyle,
+    ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, PhongToon, SurfaceStyle, ToonKey,
+    ToonModel, ToonStyle,
 };
 pub use toon::{ToonMaterial, ToonRamps, ToonShaded};
 

@@ -18,6 +18,7 @@ mod life_cycle;
 #[path = "../support/logged.rs"]
 mod logged;
 mod long_run;
+mod measured_light;
 mod neighbors;
 #[path = "../support/radiance_cube.rs"]
 mod radiance_cube;
@@ -30,5 +31,6 @@ mod simple_scenes;
 mod sky_cube;
 mod soft_edges;
 mod studio;
+mod style_changes;
 mod toon;
 mod unserved_cameras;

@@ -1,6 +1,6 @@
 //! Controls of the panel for toon surfaces.
 
-use crate::materials::{OutlineUnit, SurfaceStyle, ToonKey, ToonStyle};
+use crate::materials::{SurfaceStyle, ToonKey, ToonStyle};
 use bevy_egui::egui;
 
 /// Draws the settings of a toon style, closed until they are wanted. Draws nothing for other styles.
@@ -13,11 +13,8 @@ pub(super) fn draw_toon(ui: &mut egui::Ui, title: &str, style: &SurfaceStyle) ->
         ui.add(egui::Slider::new(&mut toon.bands, ToonStyle::MIN_BANDS..=ToonStyle::MAX_BANDS).text("bands"));
         ui.add(egui::Slider::new(&mut toon.softness, 0.0..=1.0).text("softness"));
         ui.add(egui::Slider::new(&mut toon.rim, 0.0..=1.0).text("rim light"));
-        let (max, unit) = match toon.outline_unit {
-            OutlineUnit::Pixels => (10.0, "outline, pixels"),
-            OutlineUnit::Meters => (0.02, "outline, meters"),
-        };
-        ui.add(egui::Slider::new(&mut toon.outline_width, 0.0..=max).text(unit));
+        ui.add(egui::Slider::new(&mut toon.outline_width, 0.0..=10.0).text("outline, pixels"));
+        ui.add(egui::Slider::new(&mut toon.outline_meters, 0.0..=0.02).text("outline, meters"));
         ui.checkbox(&mut toon.highlight, "highlight");
         ui.horizontal(|ui| {
             for (key, name) in

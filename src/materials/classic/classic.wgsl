@@ -38,6 +38,8 @@ struct Classic {
     perpendicular: f32,
     /// Luminance below which nothing is mirrored.
     threshold: f32,
+    /// Fraction of the measured light that counts.
+    measured_light: f32,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(106) var<uniform> classic: Classic;
@@ -92,7 +94,7 @@ fn above_threshold(radiance: vec3f) -> vec3f {
 /// Highlight of the strongest light (Blinn 1977). A shadow takes it first: what the surface lacks of its diffuse light
 /// `open` counts as lacking from this light.
 fn highlight(surface: PbrInput, open: vec3f, left: vec3f) -> vec3f {
-    let paper_radiance = strongest_light.paper_radiance * view_brightness();
+    let paper_radiance = strongest_light.paper_radiance * (view_brightness() * classic.measured_light);
     let between = strongest_light.direction + surface.V;
     let dir_between = between * inverseSqrt(max(dot(between, between), MIN_LIGHT));
     let lobe = pow(max(dot(surface.N, dir_between), MIN_LIGHT), classic.exponent);
@@ -110,11 +112,11 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let base_color = material.base_color;
     let roughness = select(classic.roughness, material.perceptual_roughness, classic.roughness < 0.0);
 
-    let open = view_irradiance(surface.N);
+    let open = view_irradiance(surface.N) * classic.measured_light;
     let seen = view_radiance(seen_direction(surface), roughness);
     let left = diffuse_left(in, surface);
     let matte = open * left * surface.diffuse_occlusion;
-    let mirrored = above_threshold(seen) * (fresnel(surface) * surface.specular_occlusion
+    let mirrored = above_threshold(seen) * (fresnel(surface) * surface.specular_occlusion * classic.measured_light
         * reflection_left(left, surface, roughness));
 
     let diffuse_weight = classic.diffuse * mix(1.0, sampled.material.base_color.a, classic.gloss_map);

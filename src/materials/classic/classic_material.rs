@@ -5,8 +5,7 @@ use crate::{
     materials::{
         dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
         strongest_light::LightBindings,
-        style::{SceneLight, SharedBindings, StyleExtension, SurfaceStyle, without_layers},
-        toon::RampPair,
+        style::{MeshContext, SharedBindings, StyleExtension, SurfaceStyle, without_layers},
     },
     shadows::DomeShader,
 };
@@ -75,9 +74,11 @@ impl StyleExtension for ClassicShaded {
     /// Coefficients, and whether there is a dome.
     type Parameters = (ClassicUniform, bool);
 
-    fn parameters(style: &SurfaceStyle, _: RampPair, scene: SceneLight) -> Option<(ClassicUniform, bool)> {
+    fn parameters(style: &SurfaceStyle, context: MeshContext) -> Option<(ClassicUniform, bool)> {
         match style {
-            SurfaceStyle::Classic(classic) => Some((classic.into(), scene.has_dome)),
+            SurfaceStyle::Classic(style) => {
+                Some((ClassicUniform::new(style, context.measured_light), context.has_dome))
+            }
             _ => None,
         }
     }

@@ -1,8 +1,7 @@
 //! Coefficients of a classic style as the shader reads them.
 
-use crate::materials::style::{ClassicModel, ClassicStyle};
+use crate::materials::style::{ClassicModel, ClassicStyle, bounded, equal_by_numbers};
 use bevy::{math::FloatOrd, render::render_resource::ShaderType};
-use std::hash::{Hash, Hasher};
 
 /// Mirror of `Classic` in `classic.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
@@ -17,23 +16,20 @@ pub(in crate::materials) struct ClassicUniform {
     refraction: f32,
     perpendicular: f32,
     threshold: f32,
+    measured_light: f32,
 }
 
 /// Value of `roughness` that stands for that of the surface.
 const OF_SURFACE: f32 = -1.0;
-
-/// Bounds a number. Not a number counts as 0.
-fn bounded(number: f32, max: f32) -> f32 {
-    if number > 0.0 { number.min(max) } else { 0.0 }
-}
 
 /// Bounds a number that may be absent. Not a number counts as absent.
 fn optional(number: Option<f32>, max: f32, absent: f32) -> f32 {
     number.filter(|number| !number.is_nan()).map_or(absent, |number| bounded(number, max))
 }
 
-impl From<&ClassicStyle> for ClassicUniform {
-    fn from(style: &ClassicStyle) -> Self {
+impl ClassicUniform {
+    /// Returns the coefficients of a style under a fraction of the measured light.
+    pub(super) fn new(style: &ClassicStyle, measured_light: f32) -> Self {
         let coefficient = |number| bounded(number, ClassicStyle::MAX_COEFFICIENT);
         let fraction = |number| bounded(number, 1.0);
         let shared = Self {
@@ -41,6 +37,7 @@ impl From<&ClassicStyle> for ClassicUniform {
             refraction: optional(style.refraction, ClassicStyle::MAX_REFRACTION, 0.0),
             perpendicular: optional(style.fresnel, 1.0, 1.0),
             threshold: bounded(style.reflection_threshold, ClassicStyle::MAX_REFLECTION_THRESHOLD),
+            measured_light,
             ..Self::default()
         };
         match style.model {
@@ -64,30 +61,17 @@ impl From<&ClassicStyle> for ClassicUniform {
             }
         }
     }
-}
 
-impl ClassicUniform {
-    fn numbers(&self) -> [FloatOrd; 10] {
+    fn numbers(&self) -> ([FloatOrd; 6], [FloatOrd; 5]) {
         let Self { ambient, diffuse, specular, exponent, reflection, .. } = *self;
-        let Self { gloss_map, roughness, refraction, perpendicular, threshold, .. } = *self;
-        [ambient, diffuse, specular, exponent, reflection, gloss_map, roughness, refraction, perpendicular, threshold]
-            .map(FloatOrd)
+        let Self { gloss_map, roughness, refraction, perpendicular, threshold, measured_light, .. } = *self;
+        let coefficients = [ambient, diffuse, specular, exponent, reflection, gloss_map];
+        let options = [roughness, refraction, perpendicular, threshold, measured_light];
+        (coefficients.map(FloatOrd), options.map(FloatOrd))
     }
 }
 
-impl PartialEq for ClassicUniform {
-    fn eq(&self, other: &Self) -> bool {
-        self.numbers() == other.numbers()
-    }
-}
-
-impl Eq for ClassicUniform {}
-
-impl Hash for ClassicUniform {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        self.numbers().hash(state);
-    }
-}
+equal_by_numbers!(ClassicUniform);
 
 #[cfg(test)]
 mod tests {
@@ -115,14 +99,15 @@ mod tests {
                 reflection_threshold: number,
                 ..ClassicStyle::default()
             };
-            let uniform = ClassicUniform::from(&style);
+            let uniform = ClassicUniform::new(&style, 1.0);
             let coefficients = [uniform.ambient, uniform.diffuse, uniform.specular, uniform.reflection];
             assert_eq!(coefficients, [coefficient; 4]);
             assert_eq!(uniform.perpendicular, absent);
-            assert!(uniform.numbers().iter().all(|number| number.0.is_finite()), "{uniform:?}");
+            let (coefficients, options) = uniform.numbers();
+            assert!(coefficients.iter().chain(&options).all(|number| number.0.is_finite()), "{uniform:?}");
         }
         let broken = ClassicStyle { roughness: Some(f32::NAN), refraction: Some(f32::NAN), ..ClassicStyle::default() };
-        assert_eq!(ClassicUniform::from(&broken), ClassicUniform::from(&ClassicStyle::default()));
+        assert_eq!(ClassicUniform::new(&broken, 1.0), ClassicUniform::new(&ClassicStyle::default(), 1.0));
     }
 
     #[test]
@@ -131,7 +116,7 @@ mod tests {
             model: ClassicModel::Mixed(MixedModel { diffuse, ..MixedModel::default() }),
             ..ClassicStyle::default()
         };
-        let uniform = |diffuse| ClassicUniform::from(&style(diffuse));
+        let uniform = |diffuse| ClassicUniform::new(&style(diffuse), 1.0);
         assert_eq!(uniform(1.0), uniform(5.0));
         assert_eq!(uniform(-0.0), uniform(0.0));
         assert_ne!(uniform(0.5), uniform(0.25));

@@ -19,7 +19,7 @@
 struct Outline {
     /// Linear RGB, alpha 1.
     color: vec4f,
-    /// Width in pixels and in meters; one of them is 0.
+    /// Widths in pixels and in meters, which add up.
     pixels: f32,
     meters: f32,
     /// Alpha of the base color, and that below which the mask cuts out.

@@ -1,9 +1,6 @@
 //! Material of outlines: one color, drawn on the far side of a hull.
 
-use crate::{
-    materials::{dome_bindings::define_in_fragment, style::OutlineUnit},
-    shadows::AlphaMask,
-};
+use crate::{materials::dome_bindings::define_in_fragment, shadows::AlphaMask};
 use bevy::{
     material::OpaqueRendererMethod,
     math::Affine2,
@@ -99,30 +96,26 @@ impl Material for OutlineMaterial {
 #[derive(Clone, PartialEq)]
 pub(in crate::materials) struct OutlineLook {
     pub(super) color: LinearRgba,
-    pub(super) width: f32,
-    pub(super) unit: OutlineUnit,
+    /// Widths in pixels and in meters, which add up.
+    pub(super) widths: [f32; 2],
     pub(super) is_inside_out: bool,
     pub(super) mask: Option<AlphaMask>,
 }
 
 /// Hashable key of a look.
-type LookKey = ([u32; 6], OutlineUnit, OutlineKey, Option<AssetId<Image>>, [u32; 9]);
+type LookKey = ([u32; 7], OutlineKey, Option<AssetId<Image>>, [u32; 9]);
 
 impl OutlineLook {
     /// Returns a hashable key; equal looks have equal keys.
     pub(super) fn key(&self) -> LookKey {
         let OutlineMaterial { uniform, mask, key } = self.material();
         let OutlineUniform { color, pixels, meters, alpha, cutoff, uv_transform } = uniform;
-        let width = pixels + meters;
-        let numbers = [color.x, color.y, color.z, width, alpha, cutoff].map(f32::to_bits);
-        (numbers, self.unit, key, mask.map(|mask| mask.id()), uv_transform.to_cols_array().map(f32::to_bits))
+        let numbers = [color.x, color.y, color.z, pixels, meters, alpha, cutoff].map(f32::to_bits);
+        (numbers, key, mask.map(|mask| mask.id()), uv_transform.to_cols_array().map(f32::to_bits))
     }
 
     pub(super) fn material(&self) -> OutlineMaterial {
-        let (pixels, meters) = match self.unit {
-            OutlineUnit::Pixels => (self.width, 0.0),
-            OutlineUnit::Meters => (0.0, self.width),
-        };
+        let [pixels, meters] = self.widths;
         let mask = self.mask.as_ref();
         let uniform = OutlineUniform {
             color: self.color.to_vec4(),

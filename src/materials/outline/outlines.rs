@@ -121,8 +121,7 @@ fn wanted_look(style: SurfaceStyle, original: Option<&StandardMaterial>) -> Opti
     };
     Some(OutlineLook {
         color: toon.outline_color.to_linear().with_alpha(1.0),
-        width: toon.visible_outline_width().filter(|_| is_solid)?,
-        unit: toon.outline_unit,
+        widths: toon.visible_outline().filter(|_| is_solid)?,
         is_inside_out: original.cull_mode == Some(Face::Front),
         mask: alpha_mask(original),
     })

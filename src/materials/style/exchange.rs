@@ -1,13 +1,13 @@
 //! Exchange of the `StandardMaterial`s of meshes for styled materials, and back.
 
 use super::{
-    SurfaceStyle,
+    MeasuredLightWeight, SurfaceStyle,
     styled_materials::{
-        SceneLight, SharedBindings, StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material,
+        MeshContext, SharedBindings, StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material,
     },
 };
 use crate::{
-    materials::toon::{RampImages, RampPair, ToonRamps},
+    materials::toon::{RampImages, ToonRamps},
     phantom::{StageRole, nearest},
     shadows::{Lamp, ShadowDomeLight},
 };
@@ -20,6 +20,7 @@ pub(in crate::materials) struct Styles<'w, 's> {
     styles: Query<'w, 's, &'static SurfaceStyle>,
     domes: Query<'w, 's, (), With<ShadowDomeLight>>,
     lamps: Query<'w, 's, (), Lamp>,
+    weights: Query<'w, 's, &'static MeasuredLightWeight>,
     ramps: Query<'w, 's, &'static ToonRamps>,
     ramp_images: Res<'w, RampImages>,
 }
@@ -30,11 +31,16 @@ impl Styles<'_, '_> {
     }
 
     fn parameters<E: StyleExtension>(&self, mesh: Entity) -> Option<E::Parameters> {
-        let scene = SceneLight { has_dome: !self.domes.is_empty(), has_lamps: !self.lamps.is_empty() };
         let style = self.of(mesh);
+        let weight = nearest(mesh, &self.parents, &self.weights).copied().unwrap_or_default();
         let ramps = matches!(style, SurfaceStyle::Toon(_)).then(|| nearest(mesh, &self.parents, &self.ramps));
-        let ramps = ramps.flatten().map_or(RampPair::default(), |ramps| self.ramp_images.pair(ramps));
-        E::parameters(&style, ramps, scene)
+        let context = MeshContext {
+            has_dome: !self.domes.is_empty(),
+            has_lamps: !self.lamps.is_empty(),
+            measured_light: weight.clamped(),
+            ramps: ramps.flatten().map(|ramps| self.ramp_images.pair(ramps)).unwrap_or_default(),
+        };
+        E::parameters(&style, context)
     }
 }
 

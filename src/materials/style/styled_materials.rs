@@ -38,12 +38,16 @@ impl SharedBindings<'_> {
     }
 }
 
-/// Sources of light in the scene. Shaders have no code for those that it lacks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub(in crate::materials) struct SceneLight {
+/// What the material of a mesh depends on beside its style. Shaders have no code for what the scene lacks.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::materials) struct MeshContext {
     pub(in crate::materials) has_dome: bool,
     /// Whether there are lamps of the engine.
     pub(in crate::materials) has_lamps: bool,
+    /// Fraction of the measured light that the mesh receives, 0…1.
+    pub(in crate::materials) measured_light: f32,
+    /// Ramps of toon surfaces.
+    pub(in crate::materials) ramps: RampPair,
 }
 
 /// Extension of `StandardMaterial` that draws a style.
@@ -52,9 +56,8 @@ pub(in crate::materials) trait StyleExtension: MaterialExtension {
     /// material.
     type Parameters: Copy + Eq + Hash + Send + Sync + 'static;
 
-    /// Returns the parameters of a style, or `None` if another extension draws it. The ramps are those of toon
-    /// surfaces.
-    fn parameters(style: &SurfaceStyle, ramps: RampPair, scene: SceneLight) -> Option<Self::Parameters>;
+    /// Returns the parameters of a style, or `None` if another extension draws it.
+    fn parameters(style: &SurfaceStyle, context: MeshContext) -> Option<Self::Parameters>;
 
     /// Returns the extension of an original, which is not simplified yet.
     fn new(parameters: Self::Parameters, original: &StandardMaterial, shared: &SharedBindings) -> Self;

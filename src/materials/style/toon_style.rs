@@ -1,5 +1,6 @@
 //! Settings of the toon style.
 
+use super::numbers::bounded;
 use bevy::{ecs::VariantDefaults, prelude::*};
 
 /// Settings of [`SurfaceStyle::Toon`](super::SurfaceStyle::Toon): flat steps of light, and an outline.
@@ -33,11 +34,13 @@ pub struct ToonStyle {
     /// Strength of the rim light, 0…1 (clamped; NaN means 0): the light from behind a surface on a stripe along its
     /// silhouette. Defaults to 0, which is none.
     pub rim: f32,
-    /// Width of the outline in the unit of [`outline_unit`](Self::outline_unit): 0…64 pixels or 0…1 m (clamped). Zero,
-    /// negative values and NaN mean no outline. Defaults to 2.
+    /// Width of the outline in physical pixels of the camera's viewport, 0…64 (clamped; NaN means 0): equally wide at
+    /// any distance. Defaults to 2.
     pub outline_width: f32,
-    /// Unit of the outline's width. Defaults to [`OutlineUnit::Pixels`].
-    pub outline_unit: OutlineUnit,
+    /// Width of the outline in meters in the world, 0…1 (clamped; NaN means 0): thinner with distance, as if drawn on
+    /// the object. It adds to the width in pixels, which then is the smallest one. Defaults to 0. Without either width
+    /// there is no outline.
+    pub outline_meters: f32,
     /// Color of the outline. It is unlit; alpha has no effect. Defaults to black.
     pub outline_color: Color,
 }
@@ -52,7 +55,7 @@ impl Default for ToonStyle {
             highlight: true,
             rim: 0.0,
             outline_width: 2.0,
-            outline_unit: OutlineUnit::Pixels,
+            outline_meters: 0.0,
             outline_color: Color::BLACK,
         }
     }
@@ -77,13 +80,12 @@ impl ToonStyle {
         self.bands.clamp(Self::MIN_BANDS, Self::MAX_BANDS)
     }
 
-    /// Returns the width of the outline, clamped to its bounds, or `None` if there is no outline.
-    pub(in crate::materials) fn visible_outline_width(&self) -> Option<f32> {
-        let max = match self.outline_unit {
-            OutlineUnit::Pixels => Self::MAX_OUTLINE_WIDTH,
-            OutlineUnit::Meters => Self::MAX_OUTLINE_METERS,
-        };
-        (self.outline_width > 0.0).then(|| self.outline_width.min(max))
+    /// Returns the widths of the outline in pixels and in meters, clamped to their bounds, or `None` if there is no
+    /// outline.
+    pub(in crate::materials) fn visible_outline(&self) -> Option<[f32; 2]> {
+        let pixels = bounded(self.outline_width, Self::MAX_OUTLINE_WIDTH);
+        let meters = bounded(self.outline_meters, Self::MAX_OUTLINE_METERS);
+        (pixels + meters > 0.0).then_some([pixels, meters])
     }
 }
 
@@ -151,17 +153,6 @@ impl ToonKey {
     }
 }
 
-/// Unit of the width of outlines.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[reflect(Default, Debug, Clone, PartialEq)]
-pub enum OutlineUnit {
-    /// Physical pixels of the camera's viewport: equally wide at any distance.
-    #[default]
-    Pixels,
-    /// Meters in the world: thinner with distance, as if drawn on the object.
-    Meters,
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,13 +162,14 @@ mod tests {
         for (bands, expected) in [(0, 2), (2, 2), (4, 4), (5, 5), (1000, 5)] {
             assert_eq!(ToonStyle { bands, ..default() }.clamped_bands(), expected);
         }
-        for (outline_width, expected) in
-            [(0.0, None), (-1.0, None), (f32::NAN, None), (0.5, Some(0.5)), (f32::INFINITY, Some(64.0))]
+        for (width, pixels, meters) in
+            [(-1.0, 0.0, 0.0), (f32::NAN, 0.0, 0.0), (0.5, 0.5, 0.5), (3.0, 3.0, 1.0), (f32::INFINITY, 64.0, 1.0)]
         {
-            assert_eq!(ToonStyle { outline_width, ..default() }.visible_outline_width(), expected);
+            let style = ToonStyle { outline_width: width, outline_meters: width, ..default() };
+            assert_eq!(style.visible_outline(), (pixels > 0.0).then_some([pixels, meters]));
         }
-        let wide = ToonStyle { outline_width: 3.0, outline_unit: OutlineUnit::Meters, ..default() };
-        assert_eq!(wide.visible_outline_width(), Some(1.0));
+        let in_meters = ToonStyle { outline_width: 0.0, outline_meters: 0.5, ..default() };
+        assert_eq!(in_meters.visible_outline(), Some([0.0, 0.5]));
     }
 
     #[test]

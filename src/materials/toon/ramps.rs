@@ -88,6 +88,10 @@ pub(in crate::materials) fn read_ramps(
     components: Query<&ToonRamps>,
     images: Res<Assets<Image>>,
 ) {
+    if components.is_empty() && ramps.by_image.is_empty() {
+        changes.clear();
+        return;
+    }
     let RampImages { by_image, readings } = &mut *ramps;
     let changed = changes.read().filter_map(|event| match event {
         AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Removed { id } => Some(*id),

@@ -13,6 +13,7 @@
 }
 #import bevy_mirrorball::luminance::luminance
 #import bevy_mirrorball::materials::toon::key_light::key_light
+#import bevy_mirrorball::materials::toon::toon_bindings::toon
 #import bevy_mirrorball::materials::view_environment::{view_irradiance, view_light_vector}
 #import bevy_mirrorball::shadows::render::receive::virtual_ratio
 #ifdef HAS_LAMPS
@@ -59,7 +60,8 @@ fn direction_or(vector: vec3f, fallback: vec3f) -> vec3f {
 /// other.
 fn light_on_sides(in: VertexOutput, normal: vec3f) -> array<vec3f, 2> {
     let everywhere = ambient();
-    var sides = array(view_irradiance(normal) + everywhere, view_irradiance(-normal) + everywhere);
+    let measured = array(view_irradiance(normal), view_irradiance(-normal));
+    var sides = array(measured[0] * toon.measured_light + everywhere, measured[1] * toon.measured_light + everywhere);
 #ifdef HAS_LAMPS
     let lit = LitSurface(in.position, in.world_position, normal, normal, 0u);
     let lamps = lamp_irradiance_on_sides(lit, normal);
@@ -75,9 +77,9 @@ fn room_light(in: VertexOutput, surface: PbrInput) -> RoomLight {
     let left = surface.diffuse_occlusion * select(vec3f(1.0), ratio, is_receiver);
 
     var light: RoomLight;
-    light.open = view_irradiance(surface.N) + ambient();
+    light.open = view_irradiance(surface.N) * toon.measured_light + ambient();
     light.arriving = light.open * left;
-    var vector = view_light_vector();
+    var vector = view_light_vector() * toon.measured_light;
 #ifdef HAS_LAMPS
     let lit = LitSurface(in.position, in.world_position, surface.N, in.world_normal, surface.flags);
     let lamps = lamp_light(lit);

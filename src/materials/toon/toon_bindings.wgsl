@@ -21,6 +21,8 @@ struct Toon {
     diffuse: f32,
     specular: f32,
     exponent: f32,
+    /// Fraction of the measured light that counts.
+    measured_light: f32,
 }
 
 /// Mirror of `RampsUniform` in `ramps.rs`.

@@ -9,7 +9,7 @@ use crate::{
         dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
         strongest_light::LightBindings,
         style::{
-            SceneLight, SharedBindings, StyleExtension, SurfaceStyle, ToonKey, ToonModel, ToonStyle, without_layers,
+            MeshContext, SharedBindings, StyleExtension, SurfaceStyle, ToonKey, ToonModel, ToonStyle, without_layers,
         },
     },
     shadows::DomeShader,
@@ -64,9 +64,10 @@ struct ShaderParts {
 }
 
 impl ShaderParts {
-    fn new(style: &ToonStyle, [diffuse, specular]: RampPair, has_rim: bool, scene: SceneLight) -> Self {
+    fn new(style: &ToonStyle, has_rim: bool, context: MeshContext) -> Self {
+        let [diffuse, specular] = context.ramps;
         Self {
-            has_lamps: scene.has_lamps,
+            has_lamps: context.has_lamps,
             follows_real_light: style.key == ToonKey::StrongestRealLight,
             has_author_direction: style.key.authored_direction().is_some(),
             is_phong: matches!(style.model, ToonModel::Phong(_)),
@@ -125,13 +126,13 @@ pub(in crate::materials) struct ToonParameters {
 impl StyleExtension for ToonShaded {
     type Parameters = ToonParameters;
 
-    fn parameters(style: &SurfaceStyle, ramps: RampPair, scene: SceneLight) -> Option<ToonParameters> {
+    fn parameters(style: &SurfaceStyle, context: MeshContext) -> Option<ToonParameters> {
         let SurfaceStyle::Toon(style) = style else {
             return None;
         };
-        let uniform = ToonUniform::from(style);
-        let parts = ShaderParts::new(style, ramps, uniform.has_rim(), scene);
-        Some(ToonParameters { uniform, ramps, parts })
+        let uniform = ToonUniform::new(style, context.measured_light);
+        let parts = ShaderParts::new(style, uniform.has_rim(), context);
+        Some(ToonParameters { uniform, ramps: context.ramps, parts })
     }
 
     fn new(parameters: ToonParameters, _: &StandardMaterial, shared: &SharedBindings) -> Self {

@@ -1,11 +1,10 @@
 //! Numbers of a toon style as the shader reads them.
 
-use crate::materials::style::{ToonModel, ToonStyle};
+use crate::materials::style::{ToonModel, ToonStyle, bounded, equal_by_numbers};
 use bevy::{
     math::{FloatOrd, Vec3},
     render::render_resource::ShaderType,
 };
-use std::hash::{Hash, Hasher};
 
 /// Mirror of `Toon` in `toon_bindings.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
@@ -19,6 +18,7 @@ pub(in crate::materials) struct ToonUniform {
     diffuse: f32,
     specular: f32,
     exponent: f32,
+    measured_light: f32,
 }
 
 /// Largest brightness of the dark color, as a fraction of the brightest light, for two bands and more. Neighboring
@@ -26,13 +26,9 @@ pub(in crate::materials) struct ToonUniform {
 /// 0.35.
 const MAX_DARK: [f32; 4] = [0.45, 0.2, 0.1, 0.0];
 
-/// Bounds a number. Not a number counts as 0.
-fn bounded(number: f32, max: f32) -> f32 {
-    if number > 0.0 { number.min(max) } else { 0.0 }
-}
-
-impl From<&ToonStyle> for ToonUniform {
-    fn from(style: &ToonStyle) -> Self {
+impl ToonUniform {
+    /// Returns the numbers of a style under a fraction of the measured light.
+    pub(super) fn new(style: &ToonStyle, measured_light: f32) -> Self {
         let bands = style.clamped_bands();
         let kind = (bands - ToonStyle::MIN_BANDS) as usize;
         let shared = Self {
@@ -42,6 +38,7 @@ impl From<&ToonStyle> for ToonUniform {
             max_dark: MAX_DARK.get(kind).copied().unwrap_or_default(),
             edge_half_width: 0.5 * bounded(style.softness, 1.0),
             rim: bounded(style.rim, 1.0),
+            measured_light,
             ..Self::default()
         };
         match style.model {
@@ -54,14 +51,13 @@ impl From<&ToonStyle> for ToonUniform {
             },
         }
     }
-}
 
-impl ToonUniform {
-    fn numbers(&self) -> [FloatOrd; 11] {
+    fn numbers(&self) -> [FloatOrd; 12] {
         let Self { key_direction, bands, highlight, max_dark, edge_half_width, .. } = *self;
-        let Self { rim, diffuse, specular, exponent, .. } = *self;
+        let Self { rim, diffuse, specular, exponent, measured_light, .. } = *self;
         let [x, y, z] = key_direction.to_array();
-        [x, y, z, bands, highlight, max_dark, edge_half_width, rim, diffuse, specular, exponent].map(FloatOrd)
+        [x, y, z, bands, highlight, max_dark, edge_half_width, rim, diffuse, specular, exponent, measured_light]
+            .map(FloatOrd)
     }
 
     /// Whether there is a rim light.
@@ -70,19 +66,7 @@ impl ToonUniform {
     }
 }
 
-impl PartialEq for ToonUniform {
-    fn eq(&self, other: &Self) -> bool {
-        self.numbers() == other.numbers()
-    }
-}
-
-impl Eq for ToonUniform {}
-
-impl Hash for ToonUniform {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        self.numbers().hash(state);
-    }
-}
+equal_by_numbers!(ToonUniform);
 
 #[cfg(test)]
 mod tests {
@@ -98,7 +82,7 @@ mod tests {
             let phong = PhongToon { diffuse: number, specular: number, exponent: number };
             let key = ToonKey::Direction(Vec3::splat(number));
             let style = ToonStyle { model: ToonModel::Phong(phong), softness: number, rim: number, key, ..default() };
-            let uniform = ToonUniform::from(&style);
+            let uniform = ToonUniform::new(&style, 1.0);
             assert_eq!([uniform.diffuse, uniform.specular], [coefficient; 2]);
             assert_eq!([2.0 * uniform.edge_half_width, uniform.rim], [fraction; 2]);
             assert!(uniform.numbers().iter().all(|number| number.0.is_finite()), "{uniform:?}");
@@ -107,7 +91,7 @@ mod tests {
 
     #[test]
     fn equal_styles_share_a_material_and_others_do_not() {
-        let uniform = |rim| ToonUniform::from(&ToonStyle { rim, ..default() });
+        let uniform = |rim| ToonUniform::new(&ToonStyle { rim, ..default() }, 1.0);
         assert_eq!(uniform(1.0), uniform(5.0));
         assert_ne!(uniform(0.5), uniform(0.25));
     }

@@ -90,11 +90,11 @@ fn an_outline_in_meters_is_thinner_with_distance() {
     let Some(mut studio) = Studio::new(SurfaceStyle::Engine) else { return };
     studio.app.world_mut().despawn(studio.ball);
     let outline_color = Color::linear_rgb(0.0, 1.0, 0.0);
-    let style = |outline_width, outline_unit| {
-        SurfaceStyle::Toon(ToonStyle { outline_width, outline_unit, outline_color, ..default() })
+    let style = |outline_width, outline_meters| {
+        SurfaceStyle::Toon(ToonStyle { outline_width, outline_meters, outline_color, ..default() })
     };
     let small = || Sphere::new(0.1).mesh().ico(16).expect("few enough");
-    let ball = studio.add(small(), Color::WHITE, (style(0.05, OutlineUnit::Meters), Transform::default()));
+    let ball = studio.add(small(), Color::WHITE, (style(0.0, 0.05), Transform::default()));
     let mut ring = |distance: f32, style: SurfaceStyle| {
         let projection = PerspectiveProjection { fov: 0.6, aspect_ratio: 1.0, ..default() };
         let world = studio.app.world_mut();
@@ -106,11 +106,12 @@ fn an_outline_in_meters_is_thinner_with_distance() {
     };
     let pixels_at = |distance: f32| 0.05 / (distance * 0.3_f32.tan()) * 0.5 * SIZE.y as f32;
     for distance in [0.6, 1.2, 2.4] {
-        let (found, expected) = (ring(distance, style(0.05, OutlineUnit::Meters)), pixels_at(distance));
+        let (found, expected) = (ring(distance, style(0.0, 0.05)), pixels_at(distance));
         println!("{distance} m away: {found} pixels, expected {expected:.1}");
         // The silhouette of a near ball is a little larger than its radius.
         assert!((found - expected).abs() <= 1.0 + 0.15 * expected);
-        assert!((ring(distance, style(3.0, OutlineUnit::Pixels)) - 3.0).abs() <= 1.0);
+        assert!((ring(distance, style(3.0, 0.0)) - 3.0).abs() <= 1.0);
+        assert!((ring(distance, style(3.0, 0.05)) - found - 3.0).abs() <= 1.0, "widths add up");
     }
 }
 
