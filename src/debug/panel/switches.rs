@@ -34,7 +34,8 @@ pub(super) type StyledEntity = (Entity, Option<&'static Name>, &'static mut Surf
 pub(super) fn draw_styles(ui: &mut egui::Ui, styles: &mut Query<StyledEntity>) {
     let mut entities: Vec<_> = styles.iter_mut().collect();
     entities.sort_by(|(a, a_name, _), (b, b_name, _)| (a_name, a).cmp(&(b_name, b)));
-    egui::Grid::new("styles").num_columns(5).show(ui, |ui| {
+    // As much as fits the width of the panel.
+    egui::Grid::new("styles").num_columns(5).spacing([4.0, 4.0]).show(ui, |ui| {
         for (number, (entity, name, style)) in (1..).zip(&mut entities) {
             let name = name.map_or_else(|| entity.to_string(), ToString::to_string);
             ui.label(format!("{number} {name}"));
