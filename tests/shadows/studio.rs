@@ -5,9 +5,16 @@ use crate::{
     radiance_cube::{cube_image, texels},
 };
 use bevy::{
+    asset::RenderAssetUsages,
     camera::Exposure,
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    image::ImageSampler,
+    mesh::{
+        VertexAttributeValues,
+        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    },
     prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_mirrorball::{camera::srgb_to_linear, headless, prelude::*};
 
@@ -57,6 +64,24 @@ pub(crate) fn ball_mesh() -> Mesh {
     Sphere::new(RADIUS).mesh().ico(24).expect("few enough")
 }
 
+/// A mesh that hangs on one bone wholly.
+pub(crate) fn on_a_bone(mesh: Mesh) -> Mesh {
+    let count = mesh.count_vertices();
+    mesh.with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_INDEX, VertexAttributeValues::Uint16x4(vec![[0; 4]; count]))
+        .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, vec![[1.0, 0.0, 0.0, 0.0]; count])
+}
+
+/// A checkerboard of two colors, in linear numbers.
+pub(crate) fn checkers(a: [u8; 4], b: [u8; 4]) -> Image {
+    const EDGE: u32 = 8;
+    let texels = (0..EDGE * EDGE).flat_map(|i| if (i + i / EDGE).is_multiple_of(2) { a } else { b });
+    let extent = Extent3d { width: EDGE, height: EDGE, depth_or_array_layers: 1 };
+    let usage = RenderAssetUsages::default();
+    let mut image = Image::new(extent, TextureDimension::D2, texels.collect(), TextureFormat::Rgba8Unorm, usage);
+    image.sampler = ImageSampler::nearest();
+    image
+}
+
 impl Studio {
     pub(crate) fn new(style: SurfaceStyle) -> Option<Self> {
         let mut app = drawing::app()?;
@@ -91,6 +116,15 @@ impl Studio {
         let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
         let material = world.resource_mut::<Assets<StandardMaterial>>().add(material.into());
         world.spawn((Mesh3d(mesh), MeshMaterial3d(material), extra)).id()
+    }
+
+    /// A bone, and the skin of a mesh on it.
+    pub(crate) fn add_bone(&mut self, place: Transform) -> (Entity, SkinnedMesh) {
+        let world = self.app.world_mut();
+        let poses = SkinnedMeshInverseBindposes::from(vec![Mat4::IDENTITY]);
+        let inverse_bindposes = world.resource_mut::<Assets<SkinnedMeshInverseBindposes>>().add(poses);
+        let bone = world.spawn((place, Visibility::default())).id();
+        (bone, SkinnedMesh { inverse_bindposes, joints: vec![bone] })
     }
 
     /// A lamp at infinity that makes white paper facing it show `radiance` in the frame buffer.

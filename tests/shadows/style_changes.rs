@@ -1,16 +1,9 @@
 //! Changes of styles on all kinds of models, many of them, and white surfaces in a white furnace.
 
-use crate::studio::{Picture, Studio, normals};
+use crate::studio::{Picture, Studio, checkers, normals, on_a_bone};
 use bevy::{
-    asset::RenderAssetUsages,
-    image::ImageSampler,
-    mesh::{
-        VertexAttributeValues,
-        morph::{MeshMorphWeights, MorphAttributes},
-        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
-    },
+    mesh::morph::{MeshMorphWeights, MorphAttributes},
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_mirrorball::{
     materials::{ClassicMaterial, ImageBasedMaterial, OutlineMaterial, ToonMaterial},
@@ -38,11 +31,15 @@ impl Models {
         studio.app.world_mut().spawn(ShadowDomeLight { directions: 8, resolution: 32, ..default() });
         studio.app.world_mut().despawn(studio.ball);
         let models = [
-            studio.add(skinned_ball(), Color::WHITE, Transform::from_xyz(-0.35, 0.2, 0.0)),
+            studio.add(on_a_bone(small_ball()), Color::WHITE, Transform::from_xyz(-0.35, 0.2, 0.0)),
             studio.add(morphing_ball(), Color::WHITE, Transform::from_xyz(0.3, 0.25, 0.0)),
             studio.add(Cuboid::from_length(0.3), Color::WHITE, Transform::from_xyz(0.0, -0.3, 0.0)),
         ];
-        let checkers = studio.app.world_mut().resource_mut::<Assets<Image>>().add(checkers());
+        let checkers = studio
+            .app
+            .world_mut()
+            .resource_mut::<Assets<Image>>()
+            .add(checkers([255, 200, 100, 0], [255, 200, 100, 255]));
         let masked = StandardMaterial {
             base_color_texture: Some(checkers),
             alpha_mode: AlphaMode::Mask(0.5),
@@ -50,11 +47,9 @@ impl Models {
         };
         let world = studio.app.world_mut();
         let masked = world.resource_mut::<Assets<StandardMaterial>>().add(masked);
-        let poses = SkinnedMeshInverseBindposes::from(vec![Mat4::IDENTITY]);
-        let inverse_bindposes = world.resource_mut::<Assets<SkinnedMeshInverseBindposes>>().add(poses);
-        let bone = world.spawn((Transform::default(), Visibility::default())).id();
-        world.entity_mut(models[0]).insert(SkinnedMesh { inverse_bindposes, joints: vec![bone] });
         world.entity_mut(models[2]).insert(MeshMaterial3d(masked));
+        let (bone, skin) = studio.add_bone(Transform::default());
+        studio.app.world_mut().entity_mut(models[0]).insert(skin);
         Some(Self { studio, bone, models, frame: 0 })
     }
 
@@ -80,28 +75,11 @@ impl Models {
     }
 }
 
-fn skinned_ball() -> Mesh {
-    let ball = small_ball();
-    let count = ball.count_vertices();
-    ball.with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_INDEX, VertexAttributeValues::Uint16x4(vec![[0; 4]; count]))
-        .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, vec![[1.0, 0.0, 0.0, 0.0]; count])
-}
-
 fn morphing_ball() -> Mesh {
     let mut ball = small_ball();
     let raised = MorphAttributes::from([Vec3::new(0.0, 0.15, 0.0), Vec3::ZERO, Vec3::ZERO]);
     ball.set_morph_targets(vec![raised; ball.count_vertices()]);
     ball
-}
-
-fn checkers() -> Image {
-    const EDGE: u32 = 8;
-    let texels = (0..EDGE * EDGE).flat_map(|i| [255, 200, 100, if (i + i / EDGE).is_multiple_of(2) { 0 } else { 255 }]);
-    let extent = Extent3d { width: EDGE, height: EDGE, depth_or_array_layers: 1 };
-    let usage = RenderAssetUsages::default();
-    let mut image = Image::new(extent, TextureDimension::D2, texels.collect(), TextureFormat::Rgba8Unorm, usage);
-    image.sampler = ImageSampler::nearest();
-    image
 }
 
 #[test]

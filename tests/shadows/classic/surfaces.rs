@@ -2,17 +2,8 @@
 //! nothing.
 
 use super::twin::{sharp, studio};
-use crate::studio::{RADIUS, Studio, ball_mesh, normals};
-use bevy::{
-    asset::RenderAssetUsages,
-    image::ImageSampler,
-    mesh::{
-        VertexAttributeValues,
-        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
-    },
-    prelude::*,
-    render::render_resource::{Extent3d, Face, TextureDimension, TextureFormat},
-};
+use crate::studio::{RADIUS, Studio, ball_mesh, checkers, normals, on_a_bone};
+use bevy::{prelude::*, render::render_resource::Face};
 use bevy_mirrorball::prelude::*;
 
 /// Rounding of sums in another order.
@@ -23,17 +14,6 @@ const MATTE: ClassicModel =
 
 fn matte() -> StandardMaterial {
     StandardMaterial { reflectance: 0.0, ..Color::WHITE.into() }
-}
-
-/// A checkerboard of two texels, linear.
-fn checkers(studio: &mut Studio, a: [u8; 4], b: [u8; 4]) -> Handle<Image> {
-    const EDGE: u32 = 8;
-    let texels = (0..EDGE * EDGE).flat_map(|i| if (i + i / EDGE).is_multiple_of(2) { a } else { b });
-    let extent = Extent3d { width: EDGE, height: EDGE, depth_or_array_layers: 1 };
-    let usage = RenderAssetUsages::default();
-    let mut image = Image::new(extent, TextureDimension::D2, texels.collect(), TextureFormat::Rgba8Unorm, usage);
-    image.sampler = ImageSampler::nearest();
-    studio.app.world_mut().resource_mut::<Assets<Image>>().add(image)
 }
 
 /// Asserts that a thing looks the same in both styles, and not as a plain white ball.
@@ -54,9 +34,10 @@ fn assert_same(studio: &mut Studio, what: &str, mesh: Mesh, material: StandardMa
 #[test]
 fn textures_alpha_and_flags_of_materials_are_kept() {
     let Some(mut studio) = studio(matte(), sharp(MATTE)) else { return };
-    let colors = checkers(&mut studio, [255, 128, 0, 255], [0, 64, 255, 0]);
-    let bumps = checkers(&mut studio, [200, 128, 230, 255], [100, 60, 220, 255]);
-    let cavities = checkers(&mut studio, [255; 4], [80; 4]);
+    let mut images = studio.app.world_mut().resource_mut::<Assets<Image>>();
+    let colors = images.add(checkers([255, 128, 0, 255], [0, 64, 255, 0]));
+    let bumps = images.add(checkers([200, 128, 230, 255], [100, 60, 220, 255]));
+    let cavities = images.add(checkers([255; 4], [80; 4]));
     let textured = StandardMaterial { base_color_texture: Some(colors), ..matte() };
     let faded = StandardMaterial { base_color: Color::linear_rgba(1.0, 1.0, 1.0, 0.5), ..matte() };
     let glowing = |weight| StandardMaterial {
@@ -94,15 +75,8 @@ fn vertex_colors_and_skins_of_meshes_are_kept() {
     let colors: Vec<[f32; 4]> = (0..count).map(|i| if i % 2 == 0 { [1.0, 0.2, 0.2, 1.0] } else { [1.0; 4] }).collect();
     let colored = ball_mesh().with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colors);
     assert_same(&mut studio, "vertex colors", colored, matte(), ());
-    let skinned = ball_mesh()
-        .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_INDEX, VertexAttributeValues::Uint16x4(vec![[0; 4]; count]))
-        .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, vec![[1.0, 0.0, 0.0, 0.0]; count]);
-    let world = studio.app.world_mut();
-    let poses = SkinnedMeshInverseBindposes::from(vec![Mat4::IDENTITY]);
-    let inverse_bindposes = world.resource_mut::<Assets<SkinnedMeshInverseBindposes>>().add(poses);
-    let bone = world.spawn((Transform::from_xyz(0.5 * RADIUS, 0.0, 0.0), Visibility::default())).id();
-    let skin = SkinnedMesh { inverse_bindposes, joints: vec![bone] };
-    assert_same(&mut studio, "a skin", skinned, matte(), skin);
+    let (_, skin) = studio.add_bone(Transform::from_xyz(0.5 * RADIUS, 0.0, 0.0));
+    assert_same(&mut studio, "a skin", on_a_bone(ball_mesh()), matte(), skin);
 }
 
 #[test]

@@ -1,13 +1,9 @@
 //! Outlines: width, corners and skinned meshes.
 
-use crate::studio::{EXTENT, RADIUS, SIZE, Studio, toon};
+use crate::studio::{EXTENT, RADIUS, SIZE, Studio, on_a_bone, toon};
 use bevy::{
     asset::RenderAssetUsages,
     image::ImageSampler,
-    mesh::{
-        VertexAttributeValues,
-        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
-    },
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
@@ -61,16 +57,8 @@ fn the_outline_follows_bones() {
     studio.app.world_mut().despawn(studio.ball);
     let style = ToonStyle { outline_width: 3.0, outline_color: Color::linear_rgb(0.0, 1.0, 0.0), ..default() };
     let small = Sphere::new(0.2).mesh().ico(12).expect("few enough");
-    let count = small.count_vertices();
-    let small = small
-        .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_INDEX, VertexAttributeValues::Uint16x4(vec![[0; 4]; count]))
-        .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, vec![[1.0, 0.0, 0.0, 0.0]; count]);
-    let world = studio.app.world_mut();
-    let poses = SkinnedMeshInverseBindposes::from(vec![Mat4::IDENTITY]);
-    let inverse_bindposes = world.resource_mut::<Assets<SkinnedMeshInverseBindposes>>().add(poses);
-    let bone = world.spawn((Transform::default(), Visibility::default())).id();
-    let skin = SkinnedMesh { inverse_bindposes, joints: vec![bone] };
-    studio.add(small, Color::WHITE, (SurfaceStyle::Toon(style), skin));
+    let (bone, skin) = studio.add_bone(Transform::default());
+    studio.add(on_a_bone(small), Color::WHITE, (SurfaceStyle::Toon(style), skin));
     let mut edges = Vec::new();
     for shift in [0.0, SHIFT] {
         studio.app.world_mut().entity_mut(bone).insert(Transform::from_xyz(shift, 0.0, 0.0));
