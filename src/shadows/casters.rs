@@ -99,7 +99,8 @@ pub(super) struct Casters<'w, 's> {
 }
 
 impl Casters<'_, '_> {
-    /// Returns all visible casters that share a layer with the dome.
+    /// Returns all visible casters that share a layer with the dome, sorted by their entities: a mesh that gets another
+    /// material changes its place among the entities, but not what it casts.
     pub(super) fn gather(&mut self, dome_layers: Option<&RenderLayers>) -> Vec<Caster> {
         for change in self.mesh_changes.read() {
             if let AssetEvent::Modified { id } | AssetEvent::Removed { id } = change {
@@ -112,7 +113,9 @@ impl Casters<'_, '_> {
         }
         let layers = dome_layers.unwrap_or_default();
         let is_lit = |item: &CasterDataItem| item.layers.unwrap_or_default().intersects(layers);
-        self.meshes.iter().filter(is_lit).filter_map(|item| self.caster(item)).collect()
+        let mut casters: Vec<_> = self.meshes.iter().filter(is_lit).filter_map(|item| self.caster(item)).collect();
+        casters.sort_unstable_by_key(|caster| caster.entity);
+        casters
     }
 
     /// Returns whether an entity is in its visibility range for any active camera.

@@ -12,7 +12,7 @@ use bevy::{
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
-use bevy_mirrorball::shadows::DomeState;
+use bevy_mirrorball::{materials::SurfaceStyle, shadows::DomeState};
 
 /// Rounding to 8 bits, and where edges fall on pixels.
 const ALIKE: u8 = 2;
@@ -113,6 +113,26 @@ fn a_cut_out_sheet_casts_the_shadow_of_what_is_left() {
         return;
     };
     check("cut out", &cut, &whole, &half);
+}
+
+#[test]
+fn another_style_draws_no_shadow_map() {
+    let Some(mut desk) = Desk::new() else { return };
+    let things = [REST, MOVED].map(|place| desk.add_virtual(Cuboid::from_size(BOX), place));
+    desk.shoot();
+    for (thing, style) in [
+        (things[0], SurfaceStyle::Toon(default())),
+        (things[1], SurfaceStyle::Engine),
+        (things[0], SurfaceStyle::Classic(default())),
+        (things[0], SurfaceStyle::ImageBased),
+    ] {
+        desk.app.world_mut().entity_mut(thing).insert(style);
+        for _ in 0..3 {
+            desk.app.update();
+            let state = desk.app.world().get::<DomeState>(desk.dome).expect("it is a dome");
+            assert_eq!((state.casters, state.redrawn), (2, 0), "{style:?}");
+        }
+    }
 }
 
 #[test]

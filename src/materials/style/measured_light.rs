@@ -6,8 +6,8 @@ use bevy::prelude::*;
 /// Fraction of the measured light that all surfaces at and below an entity receive, 0…1 (clamped; NaN means 0).
 /// Defaults to 1.
 ///
-/// Measured light is that of the camera's environment map, what virtual things bounce of it included, and
-/// [`RealLight`](crate::lighting::RealLight)s. At 0, surfaces are lit by the author's lamps and ambient light only, and
+/// Measured light is that of the camera's environment map, with what virtual things bounce of it and mirrors show of
+/// their neighbors, and [`RealLight`](crate::lighting::RealLight)s. At 0, surfaces are lit by the author's lamps and ambient light only, and
 /// [`SurfaceStyle::Classic`], which does not know these, by its own coefficients. [`SurfaceStyle::Engine`] receives all
 /// of the measured light, whatever this says, and phantoms are no surfaces of this kind. Emissive and transmitted light
 /// stay as they are.
