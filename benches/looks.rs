@@ -4,10 +4,10 @@
 //! `cargo bench --profile dev --features egui,webcam --bench looks -- --csv looks.csv`
 //!
 //! It runs in the development profile, so that the build of `cargo test` is reused: nearly all measured work is done by
-//! the graphics driver. Spheres before a wall fill the picture, in blocks that alternate in one process. The columns are
-//! `style,ours_ms,engine_ms,ratio`; `--blocks N` is the number of blocks. The last line is about 500 spheres that all
-//! change their style in one frame: the longest of the frames that follow, and a frame without changes. Much of that is
-//! the engine's work in this profile.
+//! the graphics driver. Spheres before a wall fill the picture, in blocks that alternate in one process. The columns
+//! are `style,ours_ms,engine_ms,ratio`; `--blocks N` is the number of blocks. The last line is about 500 spheres that
+//! all change their style in one frame: the longest of the frames that follow, and a frame without changes. Much of
+//! that is the engine's work in this profile.
 
 mod support;
 

@@ -7,10 +7,10 @@ use bevy::prelude::*;
 /// Defaults to 1.
 ///
 /// Measured light is that of the camera's environment map, with what virtual things bounce of it and mirrors show of
-/// their neighbors, and [`RealLight`](crate::lighting::RealLight)s. At 0, surfaces are lit by the author's lamps and ambient light only, and
-/// [`SurfaceStyle::Classic`], which does not know these, by its own coefficients. [`SurfaceStyle::Engine`] receives all
-/// of the measured light, whatever this says, and phantoms are no surfaces of this kind. Emissive and transmitted light
-/// stay as they are.
+/// their neighbors, and [`RealLight`](crate::lighting::RealLight)s. At 0, surfaces are lit by the author's lamps and
+/// ambient light only, and [`SurfaceStyle::Classic`], which does not know these, by its own coefficients.
+/// [`SurfaceStyle::Engine`] receives all of the measured light, whatever this says, and phantoms are no surfaces of
+/// this kind. Emissive and transmitted light stay as they are.
 ///
 /// The weight of the nearest ancestor applies, the entity itself included. It may change in every frame; meshes with
 /// equal materials, styles and weights are drawn together.
