@@ -1,4 +1,4 @@
-//! Outlines of toon surfaces: back faces of the mesh, enlarged by a number of pixels or meters ("inverted hull").
+//! Outlines of toon surfaces: back faces of the mesh, enlarged by a number of pixels and meters ("inverted hull").
 //!
 //! **Enters:** meshes with a [`ToonMaterial`](super::ToonMaterial) and the style that they inherit. **Leaves:** a
 //! child entity for each outline, which draws the hull of the mesh with an [`OutlineMaterial`].

@@ -1,4 +1,4 @@
-// Back faces of a mesh, enlarged by a number of pixels or meters, in one color. Skins and morphs as in mesh.wgsl of
+// Back faces of a mesh, enlarged by a number of pixels and meters, in one color. Skins and morphs as in mesh.wgsl of
 // bevy_pbr.
 //
 // Definitions: MASKED: an alpha mask cuts out parts. MASK_UV_B: it lies on the second coordinates of textures.
