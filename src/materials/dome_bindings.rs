@@ -16,7 +16,7 @@ use bevy::{
 
 /// Bindings of [`DomeTextures`] in a material, as the shader library of `shadows` declares them.
 #[derive(AsBindGroup, Clone, Debug)]
-#[bind_group_data(DomeShader)]
+#[bind_group_data(SurfaceShader)]
 pub(super) struct DomeBindings {
     #[texture(100, sample_type = "depth")]
     #[sampler(101, sampler_type = "comparison")]
@@ -27,22 +27,30 @@ pub(super) struct DomeBindings {
     results: Handle<ShaderBuffer>,
     #[storage(104, read_only)]
     visibility: Handle<ShaderBuffer>,
-    pub(super) shader: DomeShader,
+    pub(super) shader: SurfaceShader,
 }
 
-impl From<&DomeTextures> for DomeBindings {
-    fn from(textures: &DomeTextures) -> Self {
+/// Permutation of the shaders that read the dome.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct SurfaceShader {
+    dome: DomeShader,
+    /// Whether the surface is a copy of a mesh that fades out.
+    fades: bool,
+}
+
+impl DomeBindings {
+    pub(super) fn new(textures: &DomeTextures, fades: bool) -> Self {
         Self {
             atlas: textures.atlas.clone(),
             views: textures.views.clone(),
             results: textures.results.clone(),
             visibility: textures.visibility.clone(),
-            shader: textures.shader,
+            shader: SurfaceShader { dome: textures.shader, fades },
         }
     }
 }
 
-impl From<&DomeBindings> for DomeShader {
+impl From<&DomeBindings> for SurfaceShader {
     fn from(bindings: &DomeBindings) -> Self {
         bindings.shader
     }
@@ -58,16 +66,21 @@ pub(super) fn define_in_fragment(
     }
 }
 
-/// Adds the shader definitions of the dome to the fragment stage of the pipeline of a mesh.
+/// Adds the shader definitions of the dome and of fading to the fragment stage of the pipeline of a mesh.
 ///
 /// What a prepass shows takes its light from the samples of the visibility pass only. Few fragments would need to read
 /// shadow maps, but software rasterizers would run that code for all, and GPUs reserve registers for it.
-pub(super) fn define_dome(descriptor: &mut RenderPipelineDescriptor, shader: DomeShader, mesh_key: MeshPipelineKey) {
+pub(super) fn define_dome(
+    descriptor: &mut RenderPipelineDescriptor,
+    SurfaceShader { dome, fades }: SurfaceShader,
+    mesh_key: MeshPipelineKey,
+) {
     let in_prepass = mesh_key.contains(MeshPipelineKey::DEPTH_PREPASS | MeshPipelineKey::NORMAL_PREPASS)
         && mesh_key.intersection(MeshPipelineKey::BLEND_RESERVED_BITS) == MeshPipelineKey::BLEND_OPAQUE
         && !mesh_key.contains(MeshPipelineKey::READS_VIEW_TRANSMISSION_TEXTURE);
-    define_in_fragment(descriptor, shader.shader_defs());
-    define_in_fragment(descriptor, (in_prepass && shader.samples_prepass).then(|| "SAMPLES_ONLY".into()));
+    define_in_fragment(descriptor, dome.shader_defs());
+    define_in_fragment(descriptor, fades.then(|| "FADES".into()));
+    define_in_fragment(descriptor, (in_prepass && dome.samples_prepass).then(|| "SAMPLES_ONLY".into()));
 }
 
 /// System parameters of derived implementations of `AsBindGroup`.

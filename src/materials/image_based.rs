@@ -2,11 +2,10 @@
 
 use super::{
     SurfaceStyle,
-    dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
+    dome_bindings::{DomeBindings, SurfaceShader, bind_fields, define_dome, define_in_fragment},
     neighbors::is_mirror,
     style::{MeshContext, SharedBindings, StyleExtension, equal_by_numbers},
 };
-use crate::shadows::DomeShader;
 use bevy::{
     math::FloatOrd,
     mesh::MeshVertexBufferLayoutRef,
@@ -32,7 +31,7 @@ pub struct DomeShadowed {
 /// Permutation of the shader.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ImageBasedKey {
-    dome: DomeShader,
+    dome: SurfaceShader,
     /// Whether the surface is one that reflects its neighbors, and there are cubes with these. Without, the shader has
     /// no code for them.
     is_mirror: bool,
@@ -55,11 +54,13 @@ struct MeasuredBindings {
 #[derive(ShaderType, Clone, Copy, Debug)]
 pub(super) struct MeasuredUniform {
     weight: f32,
+    /// Fraction of the dome's shadows that falls on the surface: 0 or 1.
+    dome_shadows: f32,
 }
 
 impl MeasuredUniform {
-    fn numbers(&self) -> FloatOrd {
-        FloatOrd(self.weight)
+    fn numbers(&self) -> [FloatOrd; 2] {
+        [self.weight, self.dome_shadows].map(FloatOrd)
     }
 }
 
@@ -94,19 +95,24 @@ impl MaterialExtension for DomeShadowed {
 impl StyleExtension for DomeShadowed {
     type Parameters = MeasuredUniform;
 
-    /// Without a dome, the engine draws a surface that receives all light.
+    /// Without a dome, the engine draws a surface that receives all light. It cannot fade.
     fn parameters(style: &SurfaceStyle, context: MeshContext) -> Option<MeasuredUniform> {
         let weight = context.measured_light;
-        let differs = context.has_dome || weight < 1.0;
-        (differs && *style == SurfaceStyle::ImageBased).then_some(MeasuredUniform { weight })
+        match style {
+            SurfaceStyle::ImageBased if context.has_dome || context.fades || weight < 1.0 => {
+                Some(MeasuredUniform { weight, dome_shadows: 1.0 })
+            }
+            SurfaceStyle::Engine if context.fades => Some(MeasuredUniform { weight: 1.0, dome_shadows: 0.0 }),
+            _ => None,
+        }
     }
 
-    fn new(uniform: MeasuredUniform, original: &StandardMaterial, shared: &SharedBindings) -> Self {
+    fn new(uniform: MeasuredUniform, fades: bool, original: &StandardMaterial, shared: &SharedBindings) -> Self {
         Self {
-            dome: shared.dome.as_ref().into(),
+            dome: DomeBindings::new(&shared.dome, fades),
             light: MeasuredBindings { uniform },
             neighbors: NeighborBindings { cubes: shared.neighbors.buffer.clone() },
-            is_mirror: shared.neighbors.has_mirrors() && is_mirror(original),
+            is_mirror: shared.neighbors.has_mirrors() && uniform.dome_shadows > 0.0 && is_mirror(original),
         }
     }
 }

@@ -20,6 +20,8 @@
 struct Measured {
     /// Fraction of the measured light that counts.
     weight: f32,
+    /// Fraction of the dome's shadows that falls on the surface: 0 or 1.
+    dome_shadows: f32,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(106) var<uniform> measured: Measured;
@@ -46,7 +48,8 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let room = room_radiance(pbr_input);
 #endif
     if (pbr_input.material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) == 0u {
-        let is_receiver = (pbr_input.flags & MESH_FLAGS_SHADOW_RECEIVER_BIT) != 0u;
+        let is_receiver =
+            (pbr_input.flags & MESH_FLAGS_SHADOW_RECEIVER_BIT) != 0u && measured.dome_shadows > 0.0;
         let ratio = select(vec3f(1.0), virtual_ratio(in.position, in.world_position.xyz, pbr_input.N), is_receiver);
         pbr_input.diffuse_occlusion *= ratio;
         // The engine takes ambient light by the same factor as the light of the map.
@@ -62,5 +65,5 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
         color = vec4f(max(color.rgb + near_reflection(pbr_input, room, near_occlusion), vec3f(0.0)), color.a);
 #endif
     }
-    return output_of(pbr_input, color);
+    return output_of(in, pbr_input, color);
 }

@@ -7,8 +7,9 @@
 //!
 //! The `StandardMaterial` of a mesh is replaced by an [`ImageBasedMaterial`], a [`ToonMaterial`] or a
 //! [`ClassicMaterial`] that extends it. Changes of the original asset are copied into the extended material.
-//! [`SurfaceStyle::Engine`] keeps or restores the original. Styles may change at any time. [`MeasuredLightWeight`] says
-//! how much of the room's light surfaces receive beside that of the author's lamps.
+//! [`SurfaceStyle::Engine`] keeps or restores the original. Styles may change at any time, at once or in a
+//! [fade](StyleFade). [`MeasuredLightWeight`] says how much of the room's light surfaces receive beside that of the
+//! author's lamps.
 //!
 //! # Virtual lamps on real surfaces
 //! Bevy's point, spot and directional lights illuminate phantoms that receive shadows: camera frame × (visibility
@@ -163,6 +164,7 @@ mod classic;
 mod dome_bindings;
 mod grain;
 mod image_based;
+mod mesh_copy;
 mod neighbors;
 mod original_material;
 mod outline;
@@ -188,8 +190,8 @@ pub use phantom::PhantomMaterial;
 pub use show_phantoms::ShowPhantoms;
 pub use soft_edges::SoftPhantomEdges;
 pub use style::{
-    ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, PhongToon, SurfaceStyle, ToonKey,
-    ToonModel, ToonStyle,
+    ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, PhongToon, StyleFade, SurfaceStyle,
+    ToonKey, ToonModel, ToonStyle,
 };
 pub use toon::{ToonMaterial, ToonRamps, ToonShaded};
 
@@ -238,6 +240,7 @@ impl Plugin for MaterialsPlugin {
             (
                 (phantom::update_phantom_materials, phantom::assign_phantom_materials).chain(),
                 toon::read_ramps,
+                (style::advance_fades, style::start_fades).chain(),
                 (update_styled_materials::<DomeShadowed>, update_styled_materials::<ToonShaded>),
                 update_styled_materials::<ClassicShaded>,
                 (restore_originals::<DomeShadowed>, restore_originals::<ToonShaded>),

@@ -2,12 +2,12 @@
 
 use super::{
     ClassicMaterial, ImageBasedMaterial, ToonMaterial,
-    dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
-    outline::Outline,
+    dome_bindings::{DomeBindings, SurfaceShader, bind_fields, define_dome, define_in_fragment},
+    mesh_copy::MeshCopy,
 };
 use crate::{
     phantom::{PhantomObject, StageRole},
-    shadows::{DomeIdentity, DomeShader, DomeTextures, Lamp},
+    shadows::{DomeIdentity, DomeTextures, Lamp},
 };
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
@@ -85,7 +85,7 @@ impl PhantomUniform {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PhantomKey {
     receives: bool,
-    shader: DomeShader,
+    shader: SurfaceShader,
     has_lamps: bool,
 }
 
@@ -149,7 +149,7 @@ pub(super) fn update_phantom_materials(
     }
     let material = |receives: bool| PhantomMaterial {
         frame: FrameBindings { frame: None, uniform: PhantomUniform::of_view(MIDDLE, Vec2::ZERO) },
-        dome: textures.as_ref().into(),
+        dome: DomeBindings::new(&textures, false),
         receives,
         has_lamps: sources.has_lamps,
     };
@@ -179,7 +179,7 @@ type ChangedRole = (Entity, &'static StageRole, Has<MeshMaterial3d<PhantomMateri
 pub(super) fn assign_phantom_materials(
     mut commands: Commands,
     shared: Res<PhantomMaterials>,
-    meshes: Query<ChangedRole, (Changed<StageRole>, Without<Outline>)>,
+    meshes: Query<ChangedRole, (Changed<StageRole>, Without<MeshCopy>)>,
 ) {
     for (mesh, role, has_material) in &meshes {
         let mut entity = commands.entity(mesh);

@@ -32,5 +32,6 @@ mod sky_cube;
 mod soft_edges;
 mod studio;
 mod style_changes;
+mod style_fade;
 mod toon;
 mod unserved_cameras;

@@ -107,7 +107,7 @@ fn highlight(surface: PbrInput, open: vec3f, left: vec3f) -> vec3f {
 @fragment
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> FragmentOutput {
     let sampled = sampled_surface(in, is_front);
-    let surface = finished_surface(sampled);
+    let surface = finished_surface(in, sampled);
     let material = surface.material;
     let base_color = material.base_color;
     let roughness = select(classic.roughness, material.perceptual_roughness, classic.roughness < 0.0);
@@ -127,5 +127,5 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
 
     let glow = material.emissive.rgb * base_color.a * mix(1.0, view.exposure, material.emissive.a);
     let is_unlit = (material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) != 0u;
-    return output_of(surface, select(vec4f(shaded + glow, base_color.a), base_color, is_unlit));
+    return output_of(in, surface, select(vec4f(shaded + glow, base_color.a), base_color, is_unlit));
 }

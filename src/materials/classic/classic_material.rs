@@ -1,13 +1,10 @@
 //! Classic material: a `StandardMaterial` shaded by sums of lookups in the environment maps.
 
 use super::classic_uniform::ClassicUniform;
-use crate::{
-    materials::{
-        dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
-        strongest_light::LightBindings,
-        style::{MeshContext, SharedBindings, StyleExtension, SurfaceStyle, without_layers},
-    },
-    shadows::DomeShader,
+use crate::materials::{
+    dome_bindings::{DomeBindings, SurfaceShader, bind_fields, define_dome, define_in_fragment},
+    strongest_light::LightBindings,
+    style::{MeshContext, SharedBindings, StyleExtension, SurfaceStyle, without_layers},
 };
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
@@ -41,7 +38,7 @@ struct ClassicBindings {
 /// Permutation of the shader.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ClassicKey {
-    dome: DomeShader,
+    dome: SurfaceShader,
     /// Whether there is a dome. Without, the shader has no code for it.
     has_dome: bool,
 }
@@ -83,9 +80,14 @@ impl StyleExtension for ClassicShaded {
         }
     }
 
-    fn new((uniform, has_dome): (ClassicUniform, bool), _: &StandardMaterial, shared: &SharedBindings) -> Self {
+    fn new(
+        (uniform, has_dome): (ClassicUniform, bool),
+        fades: bool,
+        _: &StandardMaterial,
+        shared: &SharedBindings,
+    ) -> Self {
         Self {
-            dome: shared.dome.as_ref().into(),
+            dome: DomeBindings::new(&shared.dome, fades),
             light: shared.light.as_ref().into(),
             classic: ClassicBindings { uniform },
             has_dome,

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     camera::{ArCamera, CameraFrame, camera_rank},
-    materials::ImageBasedMaterial,
+    materials::{ImageBasedMaterial, mesh_copy::MeshCopy},
     phantom::{StageRole, nearest},
 };
 use bevy::{
@@ -41,7 +41,7 @@ type SeeingCamera =
 /// Meshes that may reflect their neighbors, and what speaks against it.
 #[derive(SystemParam)]
 pub(super) struct Mirrors<'w, 's> {
-    meshes: Query<'w, 's, MirrorMesh, With<Mesh3d>>,
+    meshes: Query<'w, 's, MirrorMesh, (With<Mesh3d>, Without<MeshCopy>)>,
     materials: Res<'w, Assets<ImageBasedMaterial>>,
     parents: Query<'w, 's, &'static ChildOf>,
     refusals: Query<'w, 's, &'static NoNeighborReflections>,

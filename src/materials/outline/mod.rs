@@ -10,7 +10,7 @@ mod outlines;
 pub use outline_material::OutlineMaterial;
 pub(super) use {
     hull::forget_changed_hulls,
-    outlines::{Outline, draw_outlines, erase_outlines},
+    outlines::{draw_outlines, erase_outlines},
 };
 
 use bevy::{asset::embedded_asset, prelude::*};

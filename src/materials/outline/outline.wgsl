@@ -1,4 +1,5 @@
-// Back faces of a mesh, enlarged by a number of pixels and meters, in one color. Skins and morphs as in mesh.wgsl of
+// Back faces of a mesh, enlarged by a number of pixels and meters, in one color; by less while the outline fades
+// (`fade_tag` in `mesh_copy.rs`). Skins and morphs as in mesh.wgsl of
 // bevy_pbr.
 //
 // Definitions: MASKED: an alpha mask cuts out parts. MASK_UV_B: it lies on the second coordinates of textures.
@@ -84,12 +85,14 @@ fn in_world(vertex: Vertex, shape: array<vec3f, 2>) -> array<vec3f, 2> {
 @vertex
 fn vertex(in: Vertex) -> VertexOutput {
     let shape = in_world(in, morphed(in));
+    let left = 1.0 - unpack2x16unorm(mesh_functions::get_tag(in.instance_index)).x;
     let along_normal = shape[1] * inverseSqrt(max(dot(shape[1], shape[1]), MIN_NORMAL_LENGTH));
-    let pos_clip = position_world_to_clip(shape[0] + along_normal * outline.meters);
+    let pos_clip = position_world_to_clip(shape[0] + along_normal * (outline.meters * left));
     let normal_clip = view.clip_from_world * vec4f(shape[1], 0.0);
     // Motion of the projected point when the point moves along the normal.
     let motion = (normal_clip.xy * pos_clip.w - pos_clip.xy * normal_clip.w) * view.main_pass_viewport.zw;
-    let offset = motion / max(length(motion), MIN_NORMAL_LENGTH) * outline.pixels * 2.0 / view.main_pass_viewport.zw;
+    let pixels = outline.pixels * left;
+    let offset = motion / max(length(motion), MIN_NORMAL_LENGTH) * pixels * 2.0 / view.main_pass_viewport.zw;
 
     var out: VertexOutput;
     out.position = vec4f(pos_clip.xy + offset * pos_clip.w, pos_clip.z * (1.0 - HULL_DEPTH_OFFSET), pos_clip.w);

@@ -7,19 +7,10 @@ use super::{
 use crate::materials::{
     SurfaceStyle, ToonMaterial, ToonShaded,
     alpha_mask::alpha_mask,
-    style::{Styled, Styles},
+    mesh_copy::{MeshCopy, Placement, fade_tag},
+    style::{OutlineFades, Styled, Styles},
 };
-use bevy::{
-    camera::visibility::{NoFrustumCulling, RenderLayers, VisibilityRange},
-    light::{NotShadowCaster, NotShadowReceiver},
-    mesh::{morph::MeshMorphWeights, skinning::SkinnedMesh},
-    prelude::*,
-    render::render_resource::Face,
-};
-
-/// Marker of the child entity that draws the outline of its parent. As a child it moves and despawns with the mesh.
-#[derive(Component)]
-pub(in crate::materials) struct Outline;
+use bevy::{light::NotShadowReceiver, mesh::MeshTag, prelude::*, render::render_resource::Face};
 
 /// Outline of a mesh, on the mesh itself.
 #[derive(Component)]
@@ -29,19 +20,7 @@ pub(in crate::materials) struct Outlined {
     hull: AssetId<Mesh>,
 }
 
-type ToonMesh = (
-    Entity,
-    &'static Mesh3d,
-    &'static Styled<ToonShaded>,
-    Option<&'static Outlined>,
-    (
-        Option<Ref<'static, SkinnedMesh>>,
-        Option<Ref<'static, MeshMorphWeights>>,
-        Option<Ref<'static, RenderLayers>>,
-        Option<Ref<'static, VisibilityRange>>,
-        Option<Ref<'static, NoFrustumCulling>>,
-    ),
-);
+type ToonMesh = (Entity, &'static Mesh3d, &'static Styled<ToonShaded>, Option<&'static Outlined>, Placement);
 
 /// Spawns and updates the outlines of opaque and masked toon surfaces.
 pub(in crate::materials) fn draw_outlines(
@@ -52,17 +31,19 @@ pub(in crate::materials) fn draw_outlines(
     mut meshes: ResMut<Assets<Mesh>>,
     originals: Res<Assets<StandardMaterial>>,
     toons: Query<ToonMesh, With<MeshMaterial3d<ToonMaterial>>>,
-    styles: Styles,
+    mut tags: Query<&mut MeshTag, With<MeshMaterial3d<OutlineMaterial>>>,
+    (styles, fades): (Styles, OutlineFades),
 ) {
     looks.by_look.retain(|_, material| materials.contains(*material));
-    for (mesh, Mesh3d(shape), styled, outlined, (skin, morph, layers, range, unculled)) in &toons {
+    for (mesh, Mesh3d(shape), styled, outlined, placement) in &toons {
         let Some(look) = wanted_look(styles.of(mesh), originals.get(&styled.original)) else {
             continue;
         };
         let hull = hulls.around(shape, &mut meshes);
+        let tag = fade_tag(fades.gone(mesh, &styles), 0.0);
         let outline = match outlined {
             Some(Outlined { outline, .. }) => *outline,
-            None => commands.spawn((Outline, NotShadowCaster, NotShadowReceiver, ChildOf(mesh))).id(),
+            None => commands.spawn((MeshCopy, NotShadowReceiver, tag.clone(), ChildOf(mesh))).id(),
         };
         let mut entity = commands.entity(outline);
         if outlined.is_none_or(|outlined| outlined.look != look || outlined.hull != hull.id()) {
@@ -73,22 +54,9 @@ pub(in crate::materials) fn draw_outlines(
             entity.try_insert((Mesh3d(hull), MeshMaterial3d(material)));
             entity.commands().entity(mesh).insert(Outlined { outline, look, hull: hull_id });
         }
-        // Skins, morph weights, layers and visibility ranges apply to the outline as to the mesh.
-        let is_new = outlined.is_none();
-        if let Some(skin) = skin.filter(|skin| is_new || skin.is_changed()) {
-            entity.try_insert(SkinnedMesh::clone(&skin));
-        }
-        if let Some(morph) = morph.filter(|morph| is_new || morph.is_changed()) {
-            entity.try_insert(MeshMorphWeights::clone(&morph));
-        }
-        if let Some(layers) = layers.filter(|layers| is_new || layers.is_changed()) {
-            entity.try_insert(RenderLayers::clone(&layers));
-        }
-        if let Some(range) = range.filter(|range| is_new || range.is_changed()) {
-            entity.try_insert(VisibilityRange::clone(&range));
-        }
-        if unculled.is_some_and(|unculled| is_new || unculled.is_added()) {
-            entity.try_insert(NoFrustumCulling);
+        placement.copy_to(&mut entity, outlined.is_none());
+        if let Ok(mut shown) = tags.get_mut(outline) {
+            shown.set_if_neq(tag);
         }
     }
 }

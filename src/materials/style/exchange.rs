@@ -2,8 +2,9 @@
 
 use super::{
     MeasuredLightWeight, SurfaceStyle,
+    style_fade::FadingStyle,
     styled_materials::{
-        MeshContext, SharedBindings, StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material,
+        Look, MeshContext, SharedBindings, StyleExtension, Styled, StyledMaterial, StyledMaterials, styled_material,
     },
 };
 use crate::{
@@ -18,6 +19,7 @@ use bevy::{ecs::system::SystemParam, platform::collections::HashSet, prelude::*}
 pub(in crate::materials) struct Styles<'w, 's> {
     parents: Query<'w, 's, &'static ChildOf>,
     styles: Query<'w, 's, &'static SurfaceStyle>,
+    fading: Query<'w, 's, &'static FadingStyle>,
     domes: Query<'w, 's, (), With<ShadowDomeLight>>,
     lamps: Query<'w, 's, (), Lamp>,
     weights: Query<'w, 's, &'static MeasuredLightWeight>,
@@ -27,20 +29,24 @@ pub(in crate::materials) struct Styles<'w, 's> {
 
 impl Styles<'_, '_> {
     pub(in crate::materials) fn of(&self, mesh: Entity) -> SurfaceStyle {
-        nearest(mesh, &self.parents, &self.styles).copied().unwrap_or_default()
+        match self.fading.get(mesh) {
+            Ok(fading) => fading.style,
+            Err(_) => nearest(mesh, &self.parents, &self.styles).copied().unwrap_or_default(),
+        }
     }
 
-    fn parameters<E: StyleExtension>(&self, mesh: Entity) -> Option<E::Parameters> {
+    fn look<E: StyleExtension>(&self, mesh: Entity) -> Option<Look<E>> {
         let style = self.of(mesh);
         let weight = nearest(mesh, &self.parents, &self.weights).copied().unwrap_or_default();
         let ramps = matches!(style, SurfaceStyle::Toon(_)).then(|| nearest(mesh, &self.parents, &self.ramps));
         let context = MeshContext {
+            fades: self.fading.contains(mesh),
             has_dome: !self.domes.is_empty(),
             has_lamps: !self.lamps.is_empty(),
             measured_light: weight.clamped(),
             ramps: ramps.flatten().map(|ramps| self.ramp_images.pair(ramps)).unwrap_or_default(),
         };
-        E::parameters(&style, context)
+        Some((E::parameters(&style, context)?, context.fades))
     }
 }
 
@@ -60,12 +66,12 @@ pub(in crate::materials) fn update_styled_materials<E: StyleExtension>(
     };
     let changed: HashSet<_> = changes.read().filter_map(modified).collect();
     if bindings_changed || !changed.is_empty() {
-        for ((id, parameters), material) in &styled_materials.by_key {
+        for ((id, look), material) in &styled_materials.by_key {
             let Some(original) = originals.get(*id).filter(|_| bindings_changed || changed.contains(id)) else {
                 continue;
             };
             if let Some(mut material) = materials.get_mut(*material) {
-                *material = styled_material(original, *parameters, &shared);
+                *material = styled_material(original, *look, &shared);
             }
         }
     }
@@ -81,7 +87,7 @@ pub(in crate::materials) fn restore_originals<E: StyleExtension>(
     styles: Styles,
 ) {
     for (mesh, styled) in &meshes {
-        if styles.parameters::<E>(mesh) != Some(styled.parameters) {
+        if styles.look::<E>(mesh) != Some(styled.look) {
             commands
                 .entity(mesh)
                 .remove::<(MeshMaterial3d<StyledMaterial<E>>, Styled<E>)>()
@@ -106,19 +112,19 @@ pub(in crate::materials) fn apply_styles<E: StyleExtension>(
         if *role != StageRole::Virtual {
             continue;
         }
-        let Some(parameters) = styles.parameters::<E>(mesh) else {
+        let Some(look) = styles.look::<E>(mesh) else {
             continue;
         };
         let Some(original) = originals.get(&material.0) else {
             continue;
         };
-        let key = (material.id(), parameters);
+        let key = (material.id(), look);
         let existing = styled_materials.by_key.get(&key).and_then(|id| materials.get_strong_handle(*id));
-        let handle = existing.unwrap_or_else(|| materials.add(styled_material(original, parameters, &shared)));
+        let handle = existing.unwrap_or_else(|| materials.add(styled_material(original, look, &shared)));
         styled_materials.by_key.insert(key, handle.id());
         commands
             .entity(mesh)
             .remove::<MeshMaterial3d<StandardMaterial>>()
-            .insert((MeshMaterial3d(handle), Styled::<E> { original: material.0.clone(), parameters }));
+            .insert((MeshMaterial3d(handle), Styled::<E> { original: material.0.clone(), look }));
     }
 }

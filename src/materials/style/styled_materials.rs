@@ -41,6 +41,8 @@ impl SharedBindings<'_> {
 /// What the material of a mesh depends on beside its style. Shaders have no code for what the scene lacks.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::materials) struct MeshContext {
+    /// Whether the mesh is a copy that fades out.
+    pub(in crate::materials) fades: bool,
     pub(in crate::materials) has_dome: bool,
     /// Whether there are lamps of the engine.
     pub(in crate::materials) has_lamps: bool,
@@ -59,8 +61,9 @@ pub(in crate::materials) trait StyleExtension: MaterialExtension {
     /// Returns the parameters of a style, or `None` if another extension draws it.
     fn parameters(style: &SurfaceStyle, context: MeshContext) -> Option<Self::Parameters>;
 
-    /// Returns the extension of an original, which is not simplified yet.
-    fn new(parameters: Self::Parameters, original: &StandardMaterial, shared: &SharedBindings) -> Self;
+    /// Returns the extension of an original, which is not simplified yet, for meshes or for copies of them that fade
+    /// out.
+    fn new(parameters: Self::Parameters, fades: bool, original: &StandardMaterial, shared: &SharedBindings) -> Self;
 
     /// Removes the features of the original that the extension does not draw.
     fn simplify(base: StandardMaterial) -> StandardMaterial {
@@ -69,9 +72,12 @@ pub(in crate::materials) trait StyleExtension: MaterialExtension {
 }
 
 pub(super) type StyledMaterial<E> = ExtendedMaterial<StandardMaterial, E>;
-pub(super) type StyledMaterialKey<E> = (AssetId<StandardMaterial>, <E as StyleExtension>::Parameters);
+/// What a styled material depends on beside its original: parameters of the style, and whether the mesh is a copy that
+/// fades out.
+pub(super) type Look<E> = (<E as StyleExtension>::Parameters, bool);
+pub(super) type StyledMaterialKey<E> = (AssetId<StandardMaterial>, Look<E>);
 
-/// Styled materials in use, one for each original and set of parameters, so that meshes still batch. The meshes keep
+/// Styled materials in use, one for each original and look, so that meshes still batch. The meshes keep
 /// the materials alive.
 #[derive(Resource)]
 pub(in crate::materials) struct StyledMaterials<E: StyleExtension> {
@@ -85,22 +91,26 @@ impl<E: StyleExtension> Default for StyledMaterials<E> {
     }
 }
 
-/// Original material of a mesh with a styled material, and the parameters of its style.
+/// Original material of a mesh with a styled material, and its look.
 #[derive(Component)]
 pub(in crate::materials) struct Styled<E: StyleExtension> {
     pub(in crate::materials) original: Handle<StandardMaterial>,
-    pub(super) parameters: E::Parameters,
+    pub(super) look: Look<E>,
 }
 
 /// Creates the styled material of an original. It is always drawn forward: the deferred pass has no shadows per color
-/// channel.
+/// channel. Copies that fade out are blended over what replaces them.
 pub(super) fn styled_material<E: StyleExtension>(
     original: &StandardMaterial,
-    parameters: E::Parameters,
+    (parameters, fades): Look<E>,
     shared: &SharedBindings,
 ) -> StyledMaterial<E> {
-    let base = StandardMaterial { opaque_render_method: OpaqueRendererMethod::Forward, ..original.clone() };
-    ExtendedMaterial { base: E::simplify(base), extension: E::new(parameters, original, shared) }
+    let base = StandardMaterial {
+        opaque_render_method: OpaqueRendererMethod::Forward,
+        alpha_mode: if fades { AlphaMode::Blend } else { original.alpha_mode },
+        ..original.clone()
+    };
+    ExtendedMaterial { base: E::simplify(base), extension: E::new(parameters, fades, original, shared) }
 }
 
 /// Removes the layers that would mirror and transmit light in ways of their own, and their cost.

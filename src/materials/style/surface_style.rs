@@ -32,3 +32,9 @@ pub enum SurfaceStyle {
     /// Drawn with the original `StandardMaterial`: lit by the environment, without dome shadows.
     Engine,
 }
+
+impl SurfaceStyle {
+    pub(super) fn has_outline(&self) -> bool {
+        matches!(self, Self::Toon(toon) if toon.visible_outline().is_some())
+    }
+}

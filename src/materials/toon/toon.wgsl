@@ -96,5 +96,5 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let glow = emissive.rgb * base_color.a * mix(1.0, view.exposure, emissive.a);
     let lit = shade(surface, room_light(in, surface)) + rim_light(in, surface) + glow;
     let is_unlit = (surface.material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) != 0u;
-    return output_of(surface, select(vec4f(lit, base_color.a), base_color, is_unlit));
+    return output_of(in, surface, select(vec4f(lit, base_color.a), base_color, is_unlit));
 }

@@ -4,15 +4,10 @@ use super::{
     ramps::{RampPair, RampsUniform},
     toon_uniform::ToonUniform,
 };
-use crate::{
-    materials::{
-        dome_bindings::{DomeBindings, bind_fields, define_dome, define_in_fragment},
-        strongest_light::LightBindings,
-        style::{
-            MeshContext, SharedBindings, StyleExtension, SurfaceStyle, ToonKey, ToonModel, ToonStyle, without_layers,
-        },
-    },
-    shadows::DomeShader,
+use crate::materials::{
+    dome_bindings::{DomeBindings, SurfaceShader, bind_fields, define_dome, define_in_fragment},
+    strongest_light::LightBindings,
+    style::{MeshContext, SharedBindings, StyleExtension, SurfaceStyle, ToonKey, ToonModel, ToonStyle, without_layers},
 };
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
@@ -47,7 +42,7 @@ struct ToonBindings {
 /// Permutation of the shader.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ToonPipelineKey {
-    dome: DomeShader,
+    dome: SurfaceShader,
     parts: ShaderParts,
 }
 
@@ -135,11 +130,11 @@ impl StyleExtension for ToonShaded {
         Some(ToonParameters { uniform, ramps: context.ramps, parts })
     }
 
-    fn new(parameters: ToonParameters, _: &StandardMaterial, shared: &SharedBindings) -> Self {
+    fn new(parameters: ToonParameters, fades: bool, _: &StandardMaterial, shared: &SharedBindings) -> Self {
         let ToonParameters { uniform, ramps, parts } = parameters;
         let ramps = RampsUniform::new(ramps, &shared.ramps);
         let toon = ToonBindings { uniform, ramps };
-        Self { dome: shared.dome.as_ref().into(), light: shared.light.as_ref().into(), toon, parts }
+        Self { dome: DomeBindings::new(&shared.dome, fades), light: shared.light.as_ref().into(), toon, parts }
     }
 
     /// Bands are matte.

@@ -70,12 +70,14 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let multisampled = vec![FORWARD, TONEMAPPED, PREPASSED, &["KEY_LIGHTS", "SPOTS"] as &[&str]];
             let few = vec![FORWARD, TEXTURED, PREPASSED, &["SAMPLES_ONLY"] as &[&str]];
             let sorted = vec![FORWARD, TEXTURED, PREPASSED, SORTED, CROSSFADED];
+            let fading = vec![FORWARD, TEXTURED, SORTED, &["FADES"] as &[&str]];
             let lit = vec![FORWARD, TEXTURED, PREPASSED, &["HAS_LAMPS", "RIM", "KEY_REAL_LIGHT"] as &[&str]];
             let ramps = vec![FORWARD, PREPASSED, &["DIFFUSE_RAMP", "SPECULAR_RAMP", "KEY_DIRECTION"] as &[&str]];
             let phong = vec![FORWARD, PREPASSED, &["PHONG", "SPECULAR_RAMP", "HAS_LAMPS"] as &[&str]];
             let mirrors = vec![FORWARD, TEXTURED, PREPASSED, &["NEIGHBORS"] as &[&str]];
             let far = vec![FORWARD, TEXTURED];
-            let shadowed = filtered.into_iter().chain([multisampled, few, sorted, lit, ramps, phong, mirrors, far]);
+            let shadowed =
+                filtered.into_iter().chain([multisampled, few, sorted, fading, lit, ramps, phong, mirrors, far]);
             // Only classic surfaces leave out the dome where there is none.
             let dome: &[&str] = if name == "classic.wgsl" { &["DOME"] } else { &[] };
             forward.iter().cloned().chain(shadowed.map(|set| [set.as_slice(), &[dome]].concat())).collect()
