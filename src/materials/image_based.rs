@@ -13,7 +13,7 @@ use bevy::{
     prelude::*,
     render::render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
     render::storage::ShaderBuffer,
-    shader::ShaderRef,
+    shader::{ShaderDefVal, ShaderRef},
 };
 
 /// `StandardMaterial` with dome shadows on its image-based light, which mirrors its neighbors.
@@ -87,8 +87,26 @@ impl MaterialExtension for DomeShadowed {
     ) -> Result<(), SpecializedMeshPipelineError> {
         let ImageBasedKey { dome, is_mirror } = key.bind_group_data;
         define_dome(descriptor, dome, key.mesh_key);
+        mend_layers(descriptor);
         define_in_fragment(descriptor, is_mirror.then(|| "NEIGHBORS".into()));
         Ok(())
+    }
+}
+
+/// Mends what Bevy 0.19.1 draws without a direction. Normals that a prepass has are those of the base; coats and
+/// anisotropic surfaces compute theirs. Without tangents, or the code for them, surfaces are isotropic.
+fn mend_layers(descriptor: &mut RenderPipelineDescriptor) {
+    const ANISOTROPIC: &str = "STANDARD_MATERIAL_ANISOTROPY";
+    let Some(fragment) = &mut descriptor.fragment else {
+        return;
+    };
+    let definitions = &mut fragment.shader_defs;
+    let has = |definitions: &[ShaderDefVal], name: &str| definitions.contains(&name.into());
+    if !has(definitions, "PBR_ANISOTROPY_TEXTURE_SUPPORTED") || !has(definitions, "VERTEX_TANGENTS") {
+        definitions.retain(|definition| *definition != ANISOTROPIC.into());
+    }
+    if has(definitions, "STANDARD_MATERIAL_CLEARCOAT") || has(definitions, ANISOTROPIC) {
+        definitions.retain(|definition| *definition != "LOAD_PREPASS_NORMALS".into());
     }
 }
 

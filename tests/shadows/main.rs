@@ -13,6 +13,7 @@ mod drawing;
 mod gpu;
 mod grain;
 mod kept_lookups;
+mod kept_layers;
 mod lamps;
 mod life_cycle;
 #[path = "../support/logged.rs"]

@@ -29,7 +29,9 @@ pub enum SurfaceStyle {
     Toon(ToonStyle),
     /// Shaded by sums of lookups in the environment maps, as games did it before physically based materials.
     Classic(ClassicStyle),
-    /// Drawn with the original `StandardMaterial`: lit by the environment, without dome shadows.
+    /// Drawn with the original `StandardMaterial`: lit by the environment, without dome shadows. Without multisampling,
+    /// Bevy 0.19.1 draws clear coats and anisotropy wrongly where there is a normal prepass, and a dome adds one; the
+    /// other styles do not.
     Engine,
 }
 
