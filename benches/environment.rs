@@ -33,7 +33,7 @@ use bevy_mirrorball::{
     camera::{CameraPlugin, FramePixels},
     headless,
     phantom::PhantomPlugin,
-    prefilter::{LiveEnvironment, PrefilterPlugin, Refresh},
+    prefilter::{LiveEnvironment, PrefilterPlugin, Refresh, SpecularLobe},
     prelude::{ArCamera, CameraFeed, FeedPace, Intrinsics, LightProbeSphere},
     probe::ProbePlugin,
     unwrap::UnwrapPlugin,
@@ -217,7 +217,7 @@ fn main() -> Outcome<()> {
 fn compare(name: &str, size: usize, radiance: Radiance, options: &Options, csv: &mut String) -> Outcome<()> {
     let directions = options.directions;
     let texels = radiance_cube::texels(size, radiance);
-    let truth = Truth::of(size, &texels, directions);
+    let truth = Truth::of(SpecularLobe::Ggx, size, &texels, directions);
     let read = |(mut app, entity): (App, Entity)| -> Outcome<_> {
         let maps = app.world().get::<EnvironmentMapLight>(entity).ok_or("there are no maps")?.clone();
         Ok(filter_truth::read(&mut app, &maps.diffuse_map, &maps.specular_map, directions))

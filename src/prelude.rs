@@ -17,7 +17,7 @@ pub use crate::{
         ToonRamps, ToonStyle,
     },
     phantom::PhantomObject,
-    prefilter::{EnvironmentState, LiveEnvironment, Refresh},
+    prefilter::{EnvironmentState, LiveEnvironment, Refresh, SpecularLobe},
     probe::{
         EnvironmentFallback, EnvironmentMeasured, EnvironmentOrigin, LightProbeCamera, LightProbeSphere,
         ProbeCameraState, ProbeLens, ProbeMeasurement, is_lit_by_measurement,

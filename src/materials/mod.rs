@@ -147,8 +147,9 @@
 //! Emissive light is added. All light is in frame buffer units, so that D alone is as bright as a `StandardMaterial`
 //! that reflects nothing. [`ClassicStyle`] has the options of S: a roughness of its own, refraction instead of
 //! mirroring, Fresnel's factor F + (1 − F)(1 − N·V)⁵ (Schlick 1994), and S · max(0, 1 − threshold ÷ luminance of S),
-//! which leaves lamps and windows. The highlight is absent where N·L ≤ 0. The maps contain that light, too, so a mirror
-//! with a highlight shows it twice, as in the source.
+//! which leaves lamps and windows. Lobes of cosⁿ in place of GGX are a choice of the environment:
+//! [`SpecularLobe`](crate::prefilter::SpecularLobe). The highlight is absent where N·L ≤ 0. The maps contain that
+//! light, too, so a mirror with a highlight shows it twice, as in the source.
 //!
 //! Under a dome, D is multiplied with the ratio of the light that arrives, and S with the estimate for reflections. A
 //! shadow takes the highlight first: what the surface lacks is attributed to the strongest light if that contributes

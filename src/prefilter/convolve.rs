@@ -5,6 +5,7 @@ use super::{
     cube_views::{bound, level_view},
     dispatch::{Dispatch, DispatchBuilder, face_quads, quad_groups, texel_groups},
     downsample::Pyramid,
+    specular_lobe::SpecularLobe,
 };
 use bevy::render::render_resource::{Buffer, BufferDescriptor, BufferUsages, Texture};
 
@@ -44,6 +45,7 @@ impl BlockSums {
     pub(super) fn specular(
         &self,
         builder: &DispatchBuilder,
+        lobe: SpecularLobe,
         specular: &Texture,
         level: u32,
         alpha: f64,
@@ -52,6 +54,10 @@ impl BlockSums {
         let alpha = builder.uniform("mirrorball_environment_alpha", alpha as f32)?;
         let bindings = [(3, self.0.as_entire_binding()), (4, bound(&output)), (5, alpha.as_entire_binding())];
         let quads = 6 * face_quads(specular.width() >> level);
-        Some(builder.dispatch(&builder.pipelines.specular_sum, &bindings, quad_groups(quads)))
+        let step = match lobe {
+            SpecularLobe::Ggx => &builder.pipelines.specular_sum,
+            SpecularLobe::Cosine => &builder.pipelines.cosine_sum,
+        };
+        Some(builder.dispatch(step, &bindings, quad_groups(quads)))
     }
 }

@@ -1,5 +1,7 @@
 // Full sums over blocks: the diffuse map and the rough levels of the specular map, as Bevy's EnvironmentMapLight reads
 // them. The double-precision reference is in tests/environment/filter_truth.rs.
+//
+// Definitions: COSINE: lobes are powers of the cosine instead of GGX.
 
 #import bevy_mirrorball::environment_map::cubemap::{face_direction, face_position, relative_angle}
 #import bevy_mirrorball::prefilter::padded_faces::edge_without_padding
@@ -25,7 +27,7 @@ struct Block {
 /// many.
 @group(0) @binding(3) var<uniform> blocks: array<Block, 384>;
 @group(0) @binding(4) var output: texture_storage_2d_array<rgba16float, write>;
-/// GGX's alpha, the square of the perceptual roughness.
+/// Square of the perceptual roughness.
 @group(0) @binding(5) var<uniform> alpha: f32;
 
 /// Blocks along a cube edge.
@@ -133,9 +135,30 @@ fn diffuse(@builtin(global_invocation_id) id: vec3u) {
 /// Change of alpha² per squared spread of a block. The kernel is narrower by what the blocks and the reader's
 /// interpolation widen. Measured.
 const SHARPENING: f32 = -0.5;
+/// The same for the reciprocal of the exponent of a cosine, which the blocks narrow: what of them is below the horizon
+/// does not count. Measured.
+const COSINE_SHARPENING: f32 = 0.1;
 
-/// Rough level of the specular map, for lobes wider than a block: the full sum. With normal = view, GGX depends on
-/// the cosine to the light alone, since the half vector bisects the angle. One thread per quad, face after face,
+#ifdef COSINE
+/// Weights of a block: the power of the cosine that `SpecularLobe::exponent` says, for the part of the block above the
+/// horizon.
+fn lobe_weights(cosine: vec4f, spread: f32) -> vec4f {
+    let own = 2.0 * alpha * alpha / (1.0 + alpha * alpha);
+    let exponent = 1.0 / max(own + COSINE_SHARPENING * spread * spread, 0.5 * own);
+    return pow(max(0.5 * (cosine + mean_absolute_cosine(cosine, spread)), vec4f(1e-6)), vec4f(exponent));
+}
+#else
+/// Weights of a block. With normal = view, GGX depends on the cosine to the light alone, since the half vector bisects
+/// the angle.
+fn lobe_weights(cosine: vec4f, spread: f32) -> vec4f {
+    let own = alpha * alpha;
+    let width = max(own + SHARPENING * spread * spread, 0.5 * own);
+    let d = 0.5 * (width - 1.0) * (1.0 + cosine) + 1.0;
+    return (cosine + mean_absolute_cosine(cosine, spread)) * width / (d * d);
+}
+#endif
+
+/// Rough level of the specular map, for lobes wider than a block: the full sum. One thread per quad, face after face,
 /// because the last levels have few.
 @compute @workgroup_size(64, 1, 1)
 fn specular_sum(@builtin(global_invocation_id) id: vec3u) {
@@ -147,16 +170,12 @@ fn specular_sum(@builtin(global_invocation_id) id: vec3u) {
     }
     let start = quad_start(id.x % per_face, edge);
     let normals = quad_normals(start, face, edge);
-    let own = alpha * alpha;
     var sum = mat3x4f(vec4f(), vec4f(), vec4f());
     var weight_sum = vec4f(0.0);
     for (var i = 0u; i < 6u * BLOCK_EDGE * BLOCK_EDGE; i++) {
         let light = blocks[i].light;
         let centroid = blocks[i].centroid;
-        let cosine = normals * centroid.xyz;
-        let width = max(own + SHARPENING * centroid.w * centroid.w, 0.5 * own);
-        let d = 0.5 * (width - 1.0) * (1.0 + cosine) + 1.0;
-        let weight = (cosine + mean_absolute_cosine(cosine, centroid.w)) * width / (d * d);
+        let weight = lobe_weights(normals * centroid.xyz, centroid.w);
         sum += mat3x4f(light.r * weight, light.g * weight, light.b * weight);
         weight_sum += light.w * weight;
     }

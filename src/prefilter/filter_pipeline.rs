@@ -38,6 +38,7 @@ pub(super) struct FilterPipelines {
     pub(super) gather_blocks: FilterStep,
     pub(super) diffuse: FilterStep,
     pub(super) specular_sum: FilterStep,
+    pub(super) cosine_sum: FilterStep,
     pub(super) equalize: FilterStep,
     pub(super) few_taps: FilterStep,
     pub(super) many_taps: FilterStep,
@@ -83,6 +84,7 @@ pub(super) fn init_filter_pipelines(
     let block_angles = uniform_buffer::<[Vec4; FACE_BLOCKS / 4]>(false);
     let (gathered, blocks) = (storage_buffer_sized(false, None), uniform_buffer_sized(false, None));
     let alpha = uniform_buffer::<f32>(false);
+    let specular_sum = |defs| step(&convolve, "specular_sum", &[(3, blocks), (4, output), (5, alpha)], defs);
 
     let taps = load_embedded_asset!(asset_server.as_ref(), "taps.wgsl");
     let sharpness = uniform_buffer::<Vec2>(false);
@@ -102,7 +104,8 @@ pub(super) fn init_filter_pipelines(
         sharpest: step(&downsample, "sharpest", &[(0, texels), (3, output)], vec![]),
         gather_blocks: step(&convolve, "gather_blocks", &[(0, texels), (1, block_angles), (2, gathered)], vec![]),
         diffuse: step(&convolve, "diffuse", &[(3, blocks), (4, output)], vec![]),
-        specular_sum: step(&convolve, "specular_sum", &[(3, blocks), (4, output), (5, alpha)], vec![]),
+        specular_sum: specular_sum(vec![]),
+        cosine_sum: specular_sum(vec!["COSINE".into()]),
         equalize: step(&taps, "equalize", &equalize, vec![]),
         few_taps: specular_taps(TapSet::Few),
         many_taps: specular_taps(TapSet::Many),

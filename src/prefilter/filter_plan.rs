@@ -75,10 +75,11 @@ impl FilterPlan {
         // Rougher levels first: they are the tails of sharper ones.
         for level in (1..=last).rev() {
             if level == last || specular.width() >> level <= MAX_SUM_EDGE && alpha(level) >= MIN_SUM_ALPHA {
-                dispatches.push(blocks.specular(builder, specular, level, alpha(level))?);
+                dispatches.push(blocks.specular(builder, environment.lobe, specular, level, alpha(level))?);
             } else {
                 let rougher = alpha(level + 1);
-                let level = SpecularLevel { map: specular, level, alpha: alpha(level), rougher };
+                let lobe = environment.lobe;
+                let level = SpecularLevel { map: specular, level, lobe, alpha: alpha(level), rougher };
                 push_specular_taps(builder, cube_edge, &pyramid, &level, &mut dispatches)?;
             }
         }

@@ -3,6 +3,7 @@
 use super::{
     refresh::{Progress, Refresh},
     source::SourceShape,
+    specular_lobe::SpecularLobe,
 };
 use crate::environment_map::cube_image;
 use bevy::{prelude::*, render::render_resource::TextureUsages};
@@ -18,8 +19,8 @@ pub(super) const ROUGHEST_EDGE: u32 = 4;
 /// Diffuse and specular map of a [`LiveEnvironment`](super::LiveEnvironment), on the same entity: cubes of 16-bit
 /// floats in the units of the source.
 ///
-/// The GPU writes the maps, so do not change their [`Image`] assets. Environments with the same source and the same
-/// [`Refresh`] share their maps.
+/// The GPU writes the maps, so do not change their [`Image`] assets. Environments with the same source,
+/// [`Refresh`] and [`SpecularLobe`] share their maps.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -39,6 +40,7 @@ pub struct FilteredEnvironment {
     #[reflect(ignore)]
     pub(super) shape: SourceShape,
     pub(super) refresh: Refresh,
+    pub(super) lobe: SpecularLobe,
     /// Source resampled into a cube with a power of two as edge length, if it is not one itself.
     pub(super) resampled: Option<Handle<Image>>,
     /// Diffuse and specular map that are being made, if that takes several frames.
@@ -54,7 +56,7 @@ impl FilteredEnvironment {
         images: &mut Assets<Image>,
         source: Handle<Image>,
         shape: SourceShape,
-        refresh: Refresh,
+        (refresh, lobe): (Refresh, SpecularLobe),
         viewpoint: Option<Vec4>,
     ) -> Self {
         let cube_edge = shape.cube_edge();
@@ -74,7 +76,7 @@ impl FilteredEnvironment {
             (!shape.is_ready() || viewpoint.is_some()).then(|| cube("mirrorball_environment_resampled", cube_edge, 1));
         let progress = Progress::default();
         progress.request();
-        Self { diffuse, specular, source, shape, refresh, resampled, draft, viewpoint, progress }
+        Self { diffuse, specular, source, shape, refresh, lobe, resampled, draft, viewpoint, progress }
     }
 
     /// Level of the specular map that holds perceptual roughness 1.

@@ -3,6 +3,7 @@
 use super::{
     filtered_environment::FilteredEnvironment,
     refresh::{EnvironmentState, Refresh},
+    specular_lobe::SpecularLobe,
 };
 use crate::{
     camera::ArCamera,
@@ -43,17 +44,24 @@ pub struct LiveEnvironment {
     pub source: Handle<Image>,
     /// When the maps are made again. Defaults to [`Refresh::EveryFrame`].
     pub refresh: Refresh,
+    /// Shape of reflections on rough surfaces. Defaults to [`SpecularLobe::Ggx`].
+    pub lobe: SpecularLobe,
 }
 
 impl LiveEnvironment {
-    /// Lighting by `source`, refreshed every frame.
+    /// Lighting by `source`, refreshed every frame, with GGX lobes.
     pub fn new(source: Handle<Image>) -> Self {
-        Self { source, refresh: Refresh::default() }
+        Self { source, refresh: Refresh::default(), lobe: SpecularLobe::default() }
     }
 
     /// The same lighting with another refresh policy.
     pub fn with_refresh(self, refresh: Refresh) -> Self {
         Self { refresh, ..self }
+    }
+
+    /// The same lighting with other lobes of reflections.
+    pub fn with_lobe(self, lobe: SpecularLobe) -> Self {
+        Self { lobe, ..self }
     }
 }
 

@@ -1,5 +1,6 @@
-//! GGX lobe as a table of taps, for normal = view.
+//! Lobe as a table of taps, for normal = view.
 
+use super::specular_lobe::SpecularLobe;
 use crate::least_squares::NormalEquations;
 use bevy::{
     math::{DVec3, Vec3, Vec4},
@@ -54,6 +55,11 @@ const FEW: &[Ring] = &[Ring::new(5, 0.912, 0.671), Ring::new(5, 2.909, 1.231)];
 /// 0.16.
 const MANY: &[Ring] = &[Ring::new(5, 0.579, 0.515), Ring::new(7, 1.351, 0.633), Ring::new(8, 2.685, 0.846)];
 
+/// The same for cosine lobes, from a search for the smallest difference from the lobe. As many taps, so that the
+/// shaders are the same.
+const COSINE_FEW: &[Ring] = &[Ring::new(5, 0.865, 1.014), Ring::new(5, 2.157, 0.955)];
+const COSINE_MANY: &[Ring] = &[Ring::new(5, 0.52, 0.8), Ring::new(7, 1.296, 0.875), Ring::new(8, 2.38, 0.834)];
+
 /// Choice of rings for a level.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum TapSet {
@@ -67,16 +73,18 @@ impl TapSet {
         if edge > 32 { Self::Few } else { Self::Many }
     }
 
-    pub(super) fn rings(self) -> &'static [Ring] {
-        match self {
-            Self::Few => FEW,
-            Self::Many => MANY,
+    pub(super) fn rings(self, shape: SpecularLobe) -> &'static [Ring] {
+        match (self, shape) {
+            (Self::Few, SpecularLobe::Ggx) => FEW,
+            (Self::Many, SpecularLobe::Ggx) => MANY,
+            (Self::Few, SpecularLobe::Cosine) => COSINE_FEW,
+            (Self::Many, SpecularLobe::Cosine) => COSINE_MANY,
         }
     }
 
     /// Shader definitions for these rings.
     pub(super) fn shader_defs(self) -> Vec<ShaderDefVal> {
-        let count = |ring: usize| self.rings().get(ring).map_or(0, |ring| ring.taps as u32);
+        let count = |ring: usize| self.rings(SpecularLobe::Ggx).get(ring).map_or(0, |ring| ring.taps as u32);
         RING_DEFS.iter().enumerate().map(|(i, def)| ShaderDefVal::UInt((*def).into(), count(i))).collect()
     }
 }
@@ -116,19 +124,15 @@ pub(super) struct TapSource {
     pub(super) level: f64,
 }
 
-/// Kernel of the specular map by the angle to the light, not normalized.
-fn ggx(alpha: f64, angle: f64) -> f64 {
-    let cosine = angle.cos().max(0.0);
-    cosine / (0.5 * (1.0 + cosine) * (alpha * alpha - 1.0) + 1.0).powi(2)
-}
-
 /// Fits the weights of taps on rings, each a Gaussian spot, and of the next rougher level, so that their sum is
-/// closest to the lobe in the mean square over the hemisphere.
+/// closest to the lobe in the mean square over the hemisphere. `alpha` is that of the level, `rougher` that of the next
+/// one.
 ///
 /// The pyramid starts at half of `source_edge`; `edge` is the edge length of the level that is made.
-pub(super) fn fit(alpha: f64, rougher: f64, rings: &[Ring], source_edge: u32, edge: u32) -> Lobe {
+pub(super) fn fit(shape: SpecularLobe, [alpha, rougher]: [f64; 2], set: TapSet, source_edge: u32, edge: u32) -> Lobe {
     const STEPS: usize = 2048;
     const AZIMUTHS: usize = 48;
+    let rings = set.rings(shape);
     let texel = |edge: f64| (4.0 * PI / 6.0).sqrt() / edge;
     let finest = LEVEL_SIGMA * texel(0.5 * f64::from(source_edge));
     // The coarsest cube that is fine enough, and the level at which its footprint is as wide as the ring requires.
@@ -163,10 +167,10 @@ pub(super) fn fit(alpha: f64, rougher: f64, rings: &[Ring], source_edge: u32, ed
         values.iter_mut().for_each(|value| *value /= sum);
         values
     };
-    let target = normalized(&|angle| ggx(alpha, angle));
+    let target = normalized(&|angle| shape.kernel(alpha, angle));
     let mut parts: Vec<Vec<f64>> =
         rings.iter().zip(&sources).map(|(ring, from)| normalized(&|angle| ring_profile(ring, from, angle))).collect();
-    parts.push(normalized(&|angle| ggx(rougher, angle)));
+    parts.push(normalized(&|angle| shape.kernel(rougher, angle)));
     let sample_weights: Vec<f64> = angles.iter().map(|angle| angle.sin()).collect();
     let weights = fit_weights(&parts, &target, &sample_weights);
     let sum: f64 = weights.iter().sum();
@@ -200,15 +204,18 @@ mod tests {
 
     /// Taps with their weights.
     fn taps(lobe: &Lobe, set: TapSet) -> Vec<(Vec3, f32)> {
-        let weights = set.rings().iter().enumerate().flat_map(|(i, ring)| vec![lobe.weights[i]; ring.taps]);
+        let weights =
+            set.rings(SpecularLobe::Ggx).iter().enumerate().flat_map(|(i, ring)| vec![lobe.weights[i]; ring.taps]);
         lobe.offsets.iter().copied().zip(weights).collect()
     }
 
     #[test]
     fn taps_are_unit_vectors_above_the_horizon_around_the_normal() {
-        for (alpha, rougher, edge) in [(0.04, 0.16, 64), (0.16, 0.36, 32), (0.028, 0.11, 128)] {
+        let levels = [(0.04, 0.16, 64), (0.16, 0.36, 32), (0.028, 0.11, 128)];
+        let shapes = [SpecularLobe::Ggx, SpecularLobe::Cosine];
+        for (shape, (alpha, rougher, edge)) in shapes.into_iter().flat_map(|shape| levels.map(|level| (shape, level))) {
             let set = TapSet::for_edge(edge);
-            let lobe = fit(alpha, rougher, set.rings(), 2 * edge.max(64), edge);
+            let lobe = fit(shape, [alpha, rougher], set, 2 * edge.max(64), edge);
             let taps = taps(&lobe, set);
             assert!((1..=MAX_TAPS).contains(&taps.len()) && lobe.offsets.len() == taps.len());
             assert!(lobe.sources.len() <= MAX_RINGS && lobe.sources.iter().all(|source| source.level >= 0.0));
@@ -226,12 +233,12 @@ mod tests {
         let mean_cosine = |alpha: f64| {
             let steps = (0..10_000).map(|i| (f64::from(i) + 0.5) * FRAC_PI_2 / 1e4);
             let (weight, moment) = steps.fold((0.0, 0.0), |(weight, moment), angle| {
-                let value = ggx(alpha, angle) * angle.sin();
+                let value = SpecularLobe::Ggx.kernel(alpha, angle) * angle.sin();
                 (weight + value, moment + value * angle.cos())
             });
             moment / weight
         };
-        let lobe = fit(0.16, 0.36, MANY, 128, 32);
+        let lobe = fit(SpecularLobe::Ggx, [0.16, 0.36], TapSet::Many, 128, 32);
         let taps: f64 = taps(&lobe, TapSet::Many).iter().map(|tap| f64::from(tap.0.z * tap.1)).sum();
         let mean = taps + f64::from(lobe.weights.w) * mean_cosine(0.36);
         assert!((mean - mean_cosine(0.16)).abs() < 0.02, "{mean} instead of {}", mean_cosine(0.16));

@@ -7,7 +7,7 @@
 //!
 //! # Method
 //! - The *diffuse map* is the cosine-weighted sum of all light. The *rough levels* of the specular map are full sums of
-//!   GGX. Both sums run over 6 · 8² blocks of the sphere at their energy centroids.
+//!   GGX, or of another [`SpecularLobe`]. Both sums run over 6 · 8² blocks of the sphere at their energy centroids.
 //! - The *sharp levels* of the specular map are rings of taps into a pyramid of splines (after Manson & Sloan 2016,
 //!   *Fast Filtering of Reflection Probes*), plus a fraction of the next rougher level, because the far tails of
 //!   GGX are alike for every roughness. The weights are fitted to the lobe for each level.
@@ -77,6 +77,7 @@ mod scene_faces;
 mod scene_probe;
 mod scene_probe_pass;
 mod source;
+mod specular_lobe;
 mod taps;
 mod update_environments;
 mod viewing_camera;
@@ -86,6 +87,7 @@ pub use live_environment::{LiveEnvironment, LiveEnvironmentTemplate};
 pub use parallax::DeskParallax;
 pub use refresh::{EnvironmentState, Refresh};
 pub use scene_probe::{SceneCube, SceneProbe};
+pub use specular_lobe::SpecularLobe;
 
 pub(crate) use scene_faces::place_faces;
 

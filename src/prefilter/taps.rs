@@ -5,6 +5,7 @@ use super::{
     dispatch::{Dispatch, DispatchBuilder, padded_groups, texel_groups},
     downsample::Pyramid,
     lobe::{self, TapSet, TapSource, TapsUniform},
+    specular_lobe::SpecularLobe,
 };
 use bevy::{prelude::*, render::render_resource::Texture};
 
@@ -16,7 +17,8 @@ const CENTER_LEVEL_OFFSET: f64 = 0.467;
 pub(super) struct SpecularLevel<'a> {
     pub(super) map: &'a Texture,
     pub(super) level: u32,
-    /// GGX's alpha of the level.
+    pub(super) lobe: SpecularLobe,
+    /// Square of the level's perceptual roughness.
     pub(super) alpha: f64,
     /// Alpha of the next rougher level, which serves as the tail of the lobe.
     pub(super) rougher: f64,
@@ -32,7 +34,7 @@ pub(super) fn push_specular_taps(
 ) -> Option<()> {
     let edge = specular.map.width() >> specular.level;
     let set = TapSet::for_edge(edge);
-    let lobe = lobe::fit(specular.alpha, specular.rougher, set.rings(), cube_edge, edge);
+    let lobe = lobe::fit(specular.lobe, [specular.alpha, specular.rougher], set, cube_edge, edge);
     let mut sources = Vec::new();
     for source in &lobe.sources {
         let faces = padded_faces(builder.device, "mirrorball_environment_even", source.edge);

@@ -6,6 +6,7 @@ use super::{
     parallax::DeskParallax,
     refresh::{EnvironmentState, Refresh},
     source::SourceShape,
+    specular_lobe::SpecularLobe,
     viewing_camera::{ViewingCamera, unit_intensity},
 };
 use bevy::{asset::LoadState, camera::Exposure, light::EnvironmentMapLight, prelude::*};
@@ -15,6 +16,7 @@ struct Wanted<'a> {
     source: &'a Handle<Image>,
     shape: SourceShape,
     refresh: Refresh,
+    lobe: SpecularLobe,
     viewpoint: Option<Vec4>,
 }
 
@@ -22,11 +24,20 @@ impl Wanted<'_> {
     /// Whether existing maps serve as well. Maps for a viewpoint are never shared.
     fn can_share(&self, maps: &FilteredEnvironment) -> bool {
         let is_same = maps.source == *self.source && maps.shape == self.shape;
-        is_same && maps.refresh == self.refresh && maps.viewpoint.is_none() && self.viewpoint.is_none()
+        is_same
+            && (maps.refresh, maps.lobe) == (self.refresh, self.lobe)
+            && maps.viewpoint.is_none()
+            && self.viewpoint.is_none()
     }
 
     fn allocate(&self, images: &mut Assets<Image>) -> FilteredEnvironment {
-        FilteredEnvironment::allocate(images, self.source.clone(), self.shape, self.refresh, self.viewpoint)
+        FilteredEnvironment::allocate(
+            images,
+            self.source.clone(),
+            self.shape,
+            (self.refresh, self.lobe),
+            self.viewpoint,
+        )
     }
 }
 
@@ -53,7 +64,7 @@ pub(super) fn update_environments(
         let viewpoint = parallax.map(|(parallax, place)| parallax.viewpoint(place.translation()));
         let maps = maps.filter(|maps| {
             maps.source == environment.source
-                && maps.refresh == environment.refresh
+                && (maps.refresh, maps.lobe) == (environment.refresh, environment.lobe)
                 && maps.viewpoint.is_some() == viewpoint.is_some()
         });
         let next = match images.get(&environment.source).map(SourceShape::of) {
@@ -68,7 +79,8 @@ pub(super) fn update_environments(
             Some(Err(reason)) => EnvironmentState::Failed(reason),
             Some(Ok(shape)) if maps.is_some_and(|maps| maps.shape == shape) => continue,
             Some(Ok(shape)) => {
-                let wanted = Wanted { source: &environment.source, shape, refresh: environment.refresh, viewpoint };
+                let LiveEnvironment { source, refresh, lobe } = environment;
+                let wanted = Wanted { source, shape, refresh: *refresh, lobe: *lobe, viewpoint };
                 let shared = existing.iter().chain(new.iter()).find(|maps| wanted.can_share(maps)).cloned();
                 let maps = shared.unwrap_or_else(|| {
                     let maps = wanted.allocate(&mut images);

@@ -16,7 +16,7 @@ use bevy::{
         texture::GpuImage,
     },
 };
-use bevy_mirrorball::environment_map::EquirectPixels;
+use bevy_mirrorball::{environment_map::EquirectPixels, prefilter::SpecularLobe};
 use std::{f64::consts::PI, path::Path};
 
 /// Perceptual roughnesses at which glossy maps are compared.
@@ -51,15 +51,15 @@ pub(crate) fn picture(path: &Path) -> impl Fn(DVec3) -> DVec3 + use<> {
 /// one at each of [`ROUGHNESSES`].
 pub(crate) type Filtered = Vec<Vec<DVec3>>;
 
-/// The sums each filter approximates: irradiance ÷ π, and the glossy kernel D · N·L of ours or, with Smith's term for
-/// the light (k = α ÷ 2), of Bevy's generator. Both take normal = view.
+/// The sums each filter approximates: irradiance ÷ π, and the glossy kernel of ours, which is D · N·L or a power of the
+/// cosine, or, with Smith's term for the light (k = α ÷ 2), of Bevy's generator. GGX is for normal = view.
 pub(crate) struct Truth {
     pub ours: Filtered,
     pub bevy: Filtered,
 }
 
 impl Truth {
-    pub(crate) fn of(edge: usize, texels: &[DVec3], directions: usize) -> Self {
+    pub(crate) fn of(lobe: SpecularLobe, edge: usize, texels: &[DVec3], directions: usize) -> Self {
         let lights: Vec<(DVec3, DVec3, f64)> = texels
             .iter()
             .enumerate()
@@ -69,7 +69,7 @@ impl Truth {
             })
             .collect();
         let count = 6 * directions * directions;
-        let sum = |i: usize| Self::at(texel(directions, i).0, &lights);
+        let sum = |i: usize| Self::at(lobe, texel(directions, i).0, &lights);
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let sums: Vec<_> = std::thread::scope(|scope| {
             let part = count.div_ceil(threads);
@@ -83,7 +83,7 @@ impl Truth {
         Self { ours: pick(0), bevy: pick(1) }
     }
 
-    fn at(normal: DVec3, lights: &[(DVec3, DVec3, f64)]) -> [[DVec3; 6]; 2] {
+    fn at(lobe: SpecularLobe, normal: DVec3, lights: &[(DVec3, DVec3, f64)]) -> [[DVec3; 6]; 2] {
         let (mut sums, mut weights) = ([[DVec3::ZERO; 6]; 2], [[0.0; 6]; 2]);
         for (dir, light, solid_angle) in lights {
             let cosine = normal.dot(*dir);
@@ -95,8 +95,12 @@ impl Truth {
                 let alpha = roughness * roughness;
                 // The half vector bisects the angle.
                 let d = 0.5 * (1.0 + cosine) * (alpha * alpha - 1.0) + 1.0;
-                let ours = cosine / (d * d);
-                let bevy = ours * cosine / (cosine * (1.0 - 0.5 * alpha) + 0.5 * alpha);
+                let ggx = cosine / (d * d);
+                let ours = match lobe {
+                    SpecularLobe::Cosine => cosine.powf(f64::from(SpecularLobe::exponent(roughness as f32))),
+                    _ => ggx,
+                };
+                let bevy = ggx * cosine / (cosine * (1.0 - 0.5 * alpha) + 0.5 * alpha);
                 sums[0][k + 1] += light * ours;
                 weights[0][k + 1] += solid_angle * ours;
                 sums[1][k + 1] += light * bevy;

@@ -12,7 +12,10 @@ use bevy::{
     math::DVec3,
     prelude::*,
 };
-use bevy_mirrorball::{headless, prefilter::FilteredEnvironment};
+use bevy_mirrorball::{
+    headless,
+    prefilter::{FilteredEnvironment, LiveEnvironment, SpecularLobe},
+};
 
 /// Half floats, and texels of a slope.
 const SMOOTH_TOLERANCE: f64 = 2e-3;
@@ -24,6 +27,10 @@ const DIFFUSE_RMSE: f64 = 5e-3;
 /// As much as rounding to 8 bits does to a mid gray; or half of what the engine's own filter is off, where that is
 /// more.
 const GLOSSY_RMSE: f64 = 1e-2;
+/// Lobes without tails lose more by the interpolation between levels.
+const COSINE_RMSE: f64 = 2.5e-2;
+/// Error of cosine lobes relative to that of GGX lobes, where both are large: a small sun in a small cube is hard.
+const COSINE_GROWTH: f64 = 1.2;
 /// Steps across cube edges relative to those the environment itself makes there.
 const SEAM_GROWTH: f64 = 1.5;
 /// Brightest value relative to the brightest true one: no fireflies.
@@ -66,7 +73,7 @@ fn compare_with_bevy(name: &str, edge: usize, radiance: impl Fn(DVec3) -> DVec3)
     let bevy = app.world().get::<EnvironmentMapLight>(bevy).expect("Bevy takes the cube").clone();
     let ours = filter_truth::read(&mut app, &maps.diffuse, &maps.specular, DIRECTIONS);
     let bevy = filter_truth::read(&mut app, &bevy.diffuse_map, &bevy.specular_map, DIRECTIONS);
-    let truth = Truth::of(edge, &source, DIRECTIONS);
+    let truth = Truth::of(SpecularLobe::Ggx, edge, &source, DIRECTIONS);
     for k in 0..ours.len() {
         let (error, theirs) = (relative_rmse(&ours[k], &truth.ours[k]), relative_rmse(&bevy[k], &truth.bevy[k]));
         let (step, true_step) = (seam(&ours[k]), seam(&truth.ours[k]));
@@ -81,6 +88,45 @@ fn compare_with_bevy(name: &str, edge: usize, radiance: impl Fn(DVec3) -> DVec3)
         assert!(error <= allowed, "{name}, {what}: {error} above {allowed}");
         assert!(step <= SEAM_GROWTH * true_step + FURNACE_TOLERANCE, "{name}, {what}: seam {step} of {true_step}");
         assert!(peak <= MAX_PEAK, "{name}, {what}: peak {peak}");
+    }
+}
+
+/// Cosine lobes against sums over the same cube.
+fn check_cosine_lobes(name: &str, edge: usize, radiance: impl Fn(DVec3) -> DVec3) {
+    const DIRECTIONS: usize = 12;
+    let source = texels(edge, radiance);
+    let Some((mut app, camera, _)) = lit_app(cube_image(edge, &source)) else { return };
+    let ggx = app.world().get::<FilteredEnvironment>(camera).expect("the cube is accepted").clone();
+    let filtered_by_ggx = filter_truth::read(&mut app, &ggx.diffuse, &ggx.specular, DIRECTIONS);
+    let mut environment = app.world_mut().get_mut::<LiveEnvironment>(camera).expect("it has one");
+    environment.lobe = SpecularLobe::Cosine;
+    for _ in 0..4 {
+        app.update();
+    }
+    let maps = app.world().get::<FilteredEnvironment>(camera).expect("it has new ones").clone();
+    assert_ne!(maps.specular, ggx.specular, "another lobe, other maps");
+    let found = filter_truth::read(&mut app, &maps.diffuse, &maps.specular, DIRECTIONS);
+    let [cosine, ggx] =
+        [SpecularLobe::Cosine, SpecularLobe::Ggx].map(|lobe| Truth::of(lobe, edge, &source, DIRECTIONS).ours);
+    for (k, (found, expected)) in found.iter().zip(&cosine).enumerate() {
+        let (error, of_ggx) = (relative_rmse(found, expected), relative_rmse(&filtered_by_ggx[k], &ggx[k]));
+        let between = relative_rmse(&ggx[k], expected);
+        let peak = brightest(found) / brightest(expected);
+        let what = k.checked_sub(1).map_or("diffuse".to_owned(), |k| format!("roughness {}", ROUGHNESSES[k]));
+        let [percent, theirs, apart] = [error, of_ggx, between].map(|error| 1e2 * error);
+        println!(
+            "{name}, {what}: {percent:.3} % off (GGX {theirs:.3} %), the lobes {apart:.3} % apart, peak {peak:.3}"
+        );
+        assert!(error <= COSINE_RMSE.max(COSINE_GROWTH * of_ggx), "{name}, {what}: {error}");
+        assert!(peak <= MAX_PEAK, "{name}, {what}: peak {peak}");
+    }
+}
+
+#[test]
+fn cosine_lobes_are_filtered_truly() {
+    check_cosine_lobes("two suns", 128, filter_truth::two_suns);
+    if let Some(path) = shared_data::find("hdr/lebombo_1k.hdr") {
+        check_cosine_lobes("lebombo", 128, filter_truth::picture(&path));
     }
 }
 

@@ -100,6 +100,7 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
         Some("background_pass.wgsl") => vec![vec![], vec![&["MARKS_REAL"] as &[&str]]],
         Some("grain_pass.wgsl") => vec![vec![&["RADIUS=0"] as &[&str]], vec![&["RADIUS=8"]]],
         Some("soft_edges_pass.wgsl") => vec![vec![], vec![&["MULTISAMPLED"] as &[&str]]],
+        Some("convolve.wgsl") => vec![vec![], vec![&["COSINE"] as &[&str]]],
         Some("downsample.wgsl") => vec![vec![], vec![&["COPIES"] as &[&str]]],
         // The rings of taps in prefilter/lobe.rs.
         Some("taps.wgsl") => {
