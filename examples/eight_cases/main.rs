@@ -7,7 +7,6 @@
 //! all three are real, the result is the unchanged photograph. Needs no window; renders on software Vulkan too.
 //! `--shrink 4` draws a quarter of the size, without captions, for a quick look.
 
-mod captions;
 #[path = "../support/mod.rs"]
 mod support;
 
@@ -21,7 +20,7 @@ use std::{
     process::ExitCode,
     time::{Duration, Instant},
 };
-use support::{Outcome, exit_code, headless_log, rgb_image};
+use support::{Outcome, captions, exit_code, headless_log, rgb_image};
 
 const PHOTO: &str = "assets/desk/photo.jpg";
 const SCENE: &str = "desk/set.glb";

@@ -1,8 +1,9 @@
 //! What the examples share: Bevy's default plugins with or without a window, `main` of programs for the command line,
-//! and parts of command lines.
+//! parts of command lines, and captions of pictures.
 
 #![allow(dead_code, unused_imports, reason = "each example uses a part, and which one differs")]
 
+pub(crate) mod captions;
 mod default_plugins;
 mod draw_to_file;
 mod exit_code;

@@ -1,0 +1,99 @@
+//! The command line.
+
+use crate::{
+    look::{Look, Looks},
+    presets, styles_file,
+    support::{Outcome, parse_size},
+};
+use bevy::math::UVec2;
+use lexopt::prelude::{Long, Short, ValueExt};
+use std::path::PathBuf;
+
+pub(crate) const USAGE: &str = "\
+A teapot, a fox and a block on a recorded desk, in all styles.
+
+usage: looks [OPTIONS]
+
+  --style NAME         all things in one look: image-based, engine, gloss map, combined, mixed, glass (classic), toon, ink,
+                       soft, ramps, phong or key (toon)
+  --styles FILE.ron    the looks of all things, as `save` in the panel writes them
+  --save FILE.ron      write the looks with which the program starts, to edit them
+  --headless           draw to a file instead of a window; chosen by itself where there is no display: all looks side by
+                       side, or with --style or --styles one picture of the desk
+  --size WIDTHxHEIGHT  size at which the desk is drawn then, in pixels [640x480]
+  --out FILE           where it goes (PNG or JPEG) [looks.png]
+
+In the window: click a thing to edit its look; Esc ends.";
+
+/// Largest size of an image in pixels, which all graphics devices support.
+const MAX_SIZE: u32 = 8192;
+
+/// Looks of the things if nothing else is asked for.
+const START: [(&str, &str); 3] = [("teapot", "combined"), ("fox", "toon"), ("block", "image-based")];
+
+pub(crate) struct Options {
+    look: Option<Look>,
+    pub styles: Option<PathBuf>,
+    save: Option<PathBuf>,
+    pub is_headless: bool,
+    pub size: UVec2,
+    pub out: PathBuf,
+}
+
+impl Options {
+    /// Parses the command line; `None` if help was asked for.
+    pub(crate) fn from_command_line() -> Result<Option<Self>, lexopt::Error> {
+        let mut parser = lexopt::Parser::from_env();
+        let size = UVec2::new(640, 480);
+        let mut options =
+            Self { look: None, styles: None, save: None, is_headless: false, size, out: "looks.png".into() };
+        while let Some(argument) = parser.next()? {
+            match argument {
+                Long("style") => options.look = Some(parser.value()?.parse_with(parse_style)?),
+                Long("styles") => options.styles = Some(parser.value()?.into()),
+                Long("save") => options.save = Some(parser.value()?.into()),
+                Long("headless") => options.is_headless = true,
+                Long("size") => options.size = parser.value()?.parse_with(parse_image_size)?,
+                Long("out") => options.out = parser.value()?.into(),
+                Long("help") | Short('h') => return Ok(None),
+                other => return Err(other.unexpected()),
+            }
+        }
+        if options.look.is_some() && options.styles.is_some() {
+            return Err("--style is one look for all things; leave out --styles, or --style".into());
+        }
+        Ok(Some(options))
+    }
+
+    /// Returns the looks with which the things start, and saves them if that is asked for.
+    pub(crate) fn looks(&self) -> Outcome<Looks> {
+        let looks = match (&self.look, &self.styles) {
+            (Some(look), _) => look.for_all(),
+            (None, Some(file)) => styles_file::load(file)?,
+            (None, None) => START
+                .into_iter()
+                .map(|(thing, look)| (thing.to_owned(), presets::named(look).unwrap_or_default()))
+                .collect(),
+        };
+        if let Some(file) = &self.save {
+            styles_file::save(&looks, file)?;
+            println!("looks: wrote the styles to {}", file.display());
+        }
+        Ok(looks)
+    }
+
+    /// Whether a picture shows all looks side by side.
+    pub(crate) fn is_gallery(&self) -> bool {
+        self.look.is_none() && self.styles.is_none()
+    }
+}
+
+fn parse_style(name: &str) -> Result<Look, String> {
+    presets::named(name).ok_or_else(|| format!("--style takes one of {}, not {name}", presets::NAMES.join(", ")))
+}
+
+fn parse_image_size(text: &str) -> Result<UVec2, String> {
+    parse_size(text)
+        .filter(|size| size.max_element() <= MAX_SIZE)
+        .ok_or_else(|| format!("--size takes WIDTHxHEIGHT in pixels, each 1 to {MAX_SIZE}, not {text}"))
+}

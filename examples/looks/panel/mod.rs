@@ -1,0 +1,129 @@
+//! The panel: every parameter of the selected thing's look, and the file of all looks.
+
+mod classic;
+mod toon;
+
+use crate::{
+    look::{Look, Looks, Things, show},
+    presets, styles_file,
+    window::Selected,
+};
+use bevy::prelude::*;
+use bevy_egui::{EguiContexts, egui};
+use bevy_mirrorball::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// The file of `save` and `load`, and what came of it last.
+#[derive(Resource)]
+pub(crate) struct StylesFile {
+    path: PathBuf,
+    outcome: Result<String, String>,
+}
+
+impl StylesFile {
+    pub(crate) fn new(path: Option<&Path>) -> Self {
+        Self { path: path.unwrap_or(Path::new("looks.ron")).to_owned(), outcome: Ok(String::new()) }
+    }
+}
+
+pub(crate) fn draw_panel(
+    mut contexts: EguiContexts,
+    mut selected: ResMut<Selected>,
+    mut file: ResMut<StylesFile>,
+    mut things: Things,
+) -> Result {
+    let panel = egui::Window::new("looks").anchor(egui::Align2::RIGHT_TOP, [-8.0, 8.0]).default_width(330.0);
+    panel.vscroll(true).show(contexts.ctx_mut()?, |ui| {
+        draw_file(ui, &mut file, &mut things);
+        ui.separator();
+        choose_thing(ui, &mut selected, &things);
+        let thing = selected.0.and_then(|thing| things.get_mut(thing).ok());
+        let Some((.., mut style, mut ramps, mut measured_light)) = thing else {
+            ui.label("Click a thing in the picture.");
+            return;
+        };
+        let mut look = Look { style: *style, ramps: *ramps, measured_light: *measured_light };
+        edit_look(ui, &mut look);
+        // Only what has changed is prepared anew.
+        style.set_if_neq(look.style);
+        ramps.set_if_neq(look.ramps);
+        measured_light.set_if_neq(look.measured_light);
+    });
+    Ok(())
+}
+
+fn draw_file(ui: &mut egui::Ui, file: &mut StylesFile, things: &mut Things) {
+    ui.horizontal(|ui| {
+        let path = file.path.display().to_string();
+        if ui.button("save").clicked() {
+            let look = |(_, name, style, ramps, light): (_, &Name, &SurfaceStyle, &_, &_)| {
+                (name.to_string(), Look { style: *style, ramps: *ramps, measured_light: *light })
+            };
+            let looks: Looks = things.iter().map(look).collect();
+            file.outcome = styles_file::save(&looks, &file.path).map(|()| format!("saved to {path}"));
+        }
+        if ui.button("load").clicked() {
+            file.outcome = styles_file::load(&file.path).map(|looks| {
+                show(things, &looks);
+                format!("loaded from {path}")
+            });
+        }
+        ui.label(path);
+    });
+    match &file.outcome {
+        Ok(done) if done.is_empty() => {}
+        Ok(done) => drop(ui.label(done)),
+        Err(problem) => drop(ui.colored_label(egui::Color32::from_rgb(240, 90, 80), problem)),
+    }
+}
+
+fn choose_thing(ui: &mut egui::Ui, selected: &mut Selected, things: &Things) {
+    ui.horizontal(|ui| {
+        for (thing, name, ..) in things {
+            let is_selected = selected.0 == Some(thing);
+            if ui.selectable_label(is_selected, name.as_str()).clicked() {
+                selected.0 = Some(thing);
+            }
+        }
+    });
+}
+
+fn edit_look(ui: &mut egui::Ui, look: &mut Look) {
+    ui.menu_button("start from …", |ui| {
+        for name in presets::NAMES {
+            if ui.button(name).clicked() {
+                *look = presets::named(name).unwrap_or_default();
+            }
+        }
+    });
+    ui.horizontal(|ui| {
+        // The parameters of a style stay as they are while it is chosen again.
+        let toon = if let SurfaceStyle::Toon(toon) = look.style { toon } else { default() };
+        let classic = if let SurfaceStyle::Classic(classic) = look.style { classic } else { default() };
+        for (name, style) in [
+            ("image-based", SurfaceStyle::ImageBased),
+            ("toon", SurfaceStyle::Toon(toon)),
+            ("classic", SurfaceStyle::Classic(classic)),
+            ("Bevy", SurfaceStyle::Engine),
+        ] {
+            ui.selectable_value(&mut look.style, style, name);
+        }
+    });
+    match &mut look.style {
+        SurfaceStyle::Toon(toon) => toon::edit(ui, toon, &mut look.ramps),
+        SurfaceStyle::Classic(classic) => classic::edit(ui, classic),
+        _ => {}
+    }
+    ui.separator();
+    slider(ui, "measured light", &mut look.measured_light.0, 0.0..=1.0);
+}
+
+/// Draws a slider with its name.
+fn slider(ui: &mut egui::Ui, name: &str, value: &mut f32, range: std::ops::RangeInclusive<f32>) {
+    ui.add(egui::Slider::new(value, range).text(name));
+}
+
+/// Draws a slider with its name, on which small values have more room.
+fn wide_slider(ui: &mut egui::Ui, name: &str, value: &mut f32, largest: f32) {
+    ui.add(egui::Slider::new(value, 0.0..=largest).logarithmic(true).text(name));
+}

@@ -1,0 +1,72 @@
+//! Parameters of toon surfaces.
+
+use super::{slider, wide_slider};
+use crate::ramps::{Ramp, Ramps};
+use bevy::prelude::*;
+use bevy_egui::egui;
+use bevy_mirrorball::prelude::*;
+
+pub(super) fn edit(ui: &mut egui::Ui, toon: &mut ToonStyle, ramps: &mut Ramps) {
+    edit_model(ui, &mut toon.model);
+    edit_key(ui, &mut toon.key);
+    ui.strong("steps");
+    ui.add(egui::Slider::new(&mut toon.bands, ToonStyle::MIN_BANDS..=ToonStyle::MAX_BANDS).text("bands"));
+    slider(ui, "softness", &mut toon.softness, 0.0..=1.0);
+    ui.checkbox(&mut toon.highlight, "highlight");
+    slider(ui, "rim light", &mut toon.rim, 0.0..=1.0);
+    choose_ramp(ui, "ramp of light", &mut ramps.diffuse);
+    choose_ramp(ui, "ramp of the highlight", &mut ramps.specular);
+    ui.strong("outline");
+    wide_slider(ui, "pixels", &mut toon.outline_width, ToonStyle::MAX_OUTLINE_WIDTH);
+    wide_slider(ui, "meters", &mut toon.outline_meters, ToonStyle::MAX_OUTLINE_METERS);
+    edit_color(ui, "color", &mut toon.outline_color);
+}
+
+fn edit_model(ui: &mut egui::Ui, model: &mut ToonModel) {
+    ui.strong("colors");
+    ui.horizontal(|ui| {
+        let phong = if let ToonModel::Phong(phong) = *model { phong } else { default() };
+        ui.selectable_value(model, ToonModel::RoomLight, "of the room's light");
+        ui.selectable_value(model, ToonModel::Phong(phong), "Phong");
+    });
+    if let ToonModel::Phong(phong) = model {
+        wide_slider(ui, "diffuse", &mut phong.diffuse, ToonStyle::MAX_COEFFICIENT);
+        wide_slider(ui, "specular", &mut phong.specular, ToonStyle::MAX_COEFFICIENT);
+        wide_slider(ui, "exponent", &mut phong.exponent, ToonStyle::MAX_EXPONENT);
+    }
+}
+
+fn edit_key(ui: &mut egui::Ui, key: &mut ToonKey) {
+    ui.strong("follow");
+    ui.horizontal_wrapped(|ui| {
+        let direction = if let ToonKey::Direction(direction) = *key { direction } else { Vec3::new(0.5, 1.0, -0.5) };
+        ui.selectable_value(key, ToonKey::Prevailing, "prevailing light");
+        ui.selectable_value(key, ToonKey::StrongestRealLight, "strongest light");
+        ui.selectable_value(key, ToonKey::Direction(direction), "direction");
+    });
+    if let ToonKey::Direction(direction) = key {
+        for (axis, value) in ["x", "y", "z"].into_iter().zip(direction.as_mut()) {
+            slider(ui, axis, value, -1.0..=1.0);
+        }
+    }
+}
+
+fn choose_ramp(ui: &mut egui::Ui, label: &str, ramp: &mut Option<Ramp>) {
+    let chosen = Ramp::ALL.into_iter().find(|(_, known)| Some(*known) == *ramp).map_or("none", |(name, _)| name);
+    egui::ComboBox::from_label(label).selected_text(chosen).show_ui(ui, |ui| {
+        ui.selectable_value(ramp, None, "none");
+        for (name, known) in Ramp::ALL {
+            ui.selectable_value(ramp, Some(known), name);
+        }
+    });
+}
+
+fn edit_color(ui: &mut egui::Ui, label: &str, color: &mut Color) {
+    ui.horizontal(|ui| {
+        let mut rgb = color.to_linear().to_f32_array_no_alpha();
+        if ui.color_edit_button_rgb(&mut rgb).changed() {
+            *color = Color::linear_rgb(rgb[0], rgb[1], rgb[2]);
+        }
+        ui.label(label);
+    });
+}
