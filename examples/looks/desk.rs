@@ -9,6 +9,8 @@ use bevy_mirrorball::prelude::*;
 
 /// Folder of the recording.
 pub(crate) const CLIP: &str = "assets/desk_clip";
+/// The recorded frame that shows the things best, with the lamp in front of them on the left.
+pub(crate) const STILL: &str = "assets/desk_clip/frame_028.jpg";
 /// Names of the things, from left to right.
 pub(crate) const THINGS: [&str; 3] = ["teapot", "fox", "block"];
 

@@ -1,7 +1,7 @@
 //! All looks side by side: the things on the desk, once in each look, with its name.
 
 use crate::{
-    desk::{self, CLIP},
+    desk::{self, CLIP, STILL},
     look::{Look, Thing, ThingData, show},
     options::Options,
     presets,
@@ -12,8 +12,6 @@ use bevy_mirrorball::{camera::Clip, environment_map::EnvironmentCube, headless, 
 use image::{Rgb, RgbImage, imageops};
 use std::{path::Path, time::Duration};
 
-/// Number of the recorded frame in the background.
-const FRAME: usize = 28;
 /// Longest wait for assets and shaders that load in the background, and for shadow maps.
 const MAX_WAIT: Duration = Duration::from_secs(120);
 /// Number of frames after which a new style has reached the renderer, and the strongest light has taken over.
@@ -33,14 +31,13 @@ const DIM: Rgb<u8> = Rgb([150, 150, 155]);
 pub(crate) fn run(options: &Options) -> Outcome<()> {
     let looks = options.looks()?;
     let clip = Clip::open(CLIP).map_err(|error| format!("run it in the crate's folder: {error}"))?;
-    let photo = clip.files.get(FRAME).ok_or("the recording is too short")?;
     let mut app = headless::build_app(headless::default_plugins(), |app| {
         app.add_plugins(headless_log());
         desk::build(app, looks);
     })?;
     fits_device(&app, options.size)?;
     let (picture, target) = headless::add_target(&mut app, options.size);
-    let feed = CameraFeed::file(photo).with_pace(FeedPace::Lockstep);
+    let feed = CameraFeed::file(STILL).with_pace(FeedPace::Lockstep);
     app.world_mut().spawn((ArCamera { intrinsics: clip.intrinsics, ..default() }, feed, target));
     load(&mut app)?;
 

@@ -23,7 +23,7 @@ usage: looks [OPTIONS]
   --size WIDTHxHEIGHT  size at which the desk is drawn then, in pixels [640x480]
   --out FILE           where it goes (PNG or JPEG) [looks.png]
 
-In the window: click a thing to edit its look; Esc ends.";
+In the window: click a thing to edit its look; Space holds the camera or lets it move; Esc ends.";
 
 /// Largest size of an image in pixels, which all graphics devices support.
 const MAX_SIZE: u32 = 8192;

@@ -63,7 +63,7 @@ pub(crate) fn named(name: &str) -> Option<Look> {
                 ..default()
             }),
             roughness: Some(0.0),
-            refraction: Some(0.8),
+            refraction: Some(0.67),
             ..default()
         }),
         // Three steps of the room's light.

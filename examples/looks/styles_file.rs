@@ -3,7 +3,10 @@
 //! Reflection knows the fields of each component, so that a program need not say how they are written. What a file
 //! leaves out has its default.
 
-use crate::{desk::THINGS, look::Looks};
+use crate::{
+    desk::THINGS,
+    look::{Look, Looks},
+};
 use bevy::{
     prelude::*,
     reflect::{
@@ -18,6 +21,8 @@ use std::{any::TypeId, path::Path};
 fn types() -> TypeRegistry {
     let mut types = TypeRegistry::new();
     types.register::<Looks>();
+    // and with it the types of its fields
+    types.register::<Look>();
     types
 }
 

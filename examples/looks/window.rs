@@ -1,7 +1,7 @@
 //! The recorded desk in a window, where clicks select things.
 
 use crate::{
-    desk::{self, CLIP},
+    desk::{self, CLIP, STILL},
     look::Thing,
     options::Options,
     panel::{StylesFile, draw_panel},
@@ -9,7 +9,7 @@ use crate::{
 };
 use bevy::{prelude::*, window::WindowResolution};
 use bevy_egui::{EguiPlugin, EguiPrimaryContextPass, input::EguiWantsInput};
-use bevy_mirrorball::prelude::*;
+use bevy_mirrorball::{camera::Clip, prelude::*};
 // Games have these with Bevy's default features, as `bevy::picking`.
 use bevy_picking::{
     DefaultPickingPlugins,
@@ -22,8 +22,9 @@ use bevy_picking::{
 pub(crate) struct Selected(pub Option<Entity>);
 
 pub(crate) fn run(options: &Options) -> Outcome<()> {
+    let looks = options.looks()?;
     let window = Window {
-        title: "looks · click a thing to edit its look · Esc: end".to_owned(),
+        title: "looks · click a thing to edit its look · Space: hold the camera · Esc: end".to_owned(),
         // Twice the size of the recorded frames.
         resolution: WindowResolution::new(1280, 960),
         ..default()
@@ -36,17 +37,34 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
         .insert_resource(StylesFile::new(options.styles.as_deref()))
         .add_observer(select)
         .add_systems(Startup, film)
-        .add_systems(Update, end)
+        .add_systems(Update, (hold, end))
         .add_systems(EguiPrimaryContextPass, draw_panel);
-    desk::build(&mut app, options.looks()?);
+    desk::build(&mut app, looks);
     match app.run() {
         AppExit::Success => Ok(()),
         AppExit::Error(code) => Err(format!("ended with code {code}").into()),
     }
 }
 
-fn film(mut commands: Commands) {
-    commands.spawn((ArCamera::default(), CameraFeed::clip(CLIP)));
+/// Spawns the camera with the intrinsics of the recording, which single frames of it do not have.
+fn film(mut commands: Commands) -> Result {
+    let intrinsics = Clip::open(CLIP)?.intrinsics;
+    commands.spawn((ArCamera { intrinsics, ..default() }, CameraFeed::clip(CLIP)));
+    Ok(())
+}
+
+/// Holds the camera where it sees the things best, or lets it move again.
+fn hold(
+    mut commands: Commands,
+    keys: Res<ButtonInput<KeyCode>>,
+    camera: Single<Entity, With<ArCamera>>,
+    mut is_held: Local<bool>,
+) {
+    if keys.just_pressed(KeyCode::Space) {
+        *is_held = !*is_held;
+        let feed = if *is_held { CameraFeed::file(STILL) } else { CameraFeed::clip(CLIP) };
+        commands.entity(*camera).insert(feed);
+    }
 }
 
 /// Selects the thing under the pointer. A click rises from the mesh that it hits to the thing whose part that is.

@@ -7,6 +7,8 @@ mod composite;
 #[cfg(feature = "egui")]
 mod dance_stage;
 #[cfg(feature = "apriltag")]
+mod looks;
+#[cfg(feature = "apriltag")]
 mod marker_sheet;
 mod no_renderer;
 mod picture_writers;

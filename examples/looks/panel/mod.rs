@@ -32,22 +32,16 @@ pub(crate) fn draw_panel(
     mut file: ResMut<StylesFile>,
     mut things: Things,
 ) -> Result {
-    let panel = egui::Window::new("looks").anchor(egui::Align2::RIGHT_TOP, [-8.0, 8.0]).default_width(330.0);
-    panel.vscroll(true).show(contexts.ctx_mut()?, |ui| {
-        draw_file(ui, &mut file, &mut things);
-        ui.separator();
-        choose_thing(ui, &mut selected, &things);
-        let thing = selected.0.and_then(|thing| things.get_mut(thing).ok());
-        let Some((.., mut style, mut ramps, mut measured_light)) = thing else {
-            ui.label("Click a thing in the picture.");
-            return;
-        };
-        let mut look = Look { style: *style, ramps: *ramps, measured_light: *measured_light };
-        edit_look(ui, &mut look);
-        // Only what has changed is prepared anew.
-        style.set_if_neq(look.style);
-        ramps.set_if_neq(look.ramps);
-        measured_light.set_if_neq(look.measured_light);
+    let ctx = contexts.ctx_mut()?;
+    let largest = ctx.viewport_rect().height() - 60.0;
+    let panel = egui::Window::new("looks").anchor(egui::Align2::RIGHT_TOP, [-8.0, 8.0]).resizable(false);
+    panel.show(ctx, |ui| {
+        egui::ScrollArea::vertical().max_height(largest).show(ui, |ui| {
+            draw_file(ui, &mut file, &mut things);
+            ui.separator();
+            choose_thing(ui, &mut selected, &things);
+            edit_selected(ui, &selected, &mut things);
+        });
     });
     Ok(())
 }
@@ -70,10 +64,12 @@ fn draw_file(ui: &mut egui::Ui, file: &mut StylesFile, things: &mut Things) {
         }
         ui.label(path);
     });
-    match &file.outcome {
-        Ok(done) if done.is_empty() => {}
-        Ok(done) => drop(ui.label(done)),
-        Err(problem) => drop(ui.colored_label(egui::Color32::from_rgb(240, 90, 80), problem)),
+    let (said, color) = match &file.outcome {
+        Ok(done) => (done, ui.visuals().text_color()),
+        Err(problem) => (problem, egui::Color32::from_rgb(240, 90, 80)),
+    };
+    if !said.is_empty() {
+        ui.colored_label(color, said);
     }
 }
 
@@ -86,6 +82,20 @@ fn choose_thing(ui: &mut egui::Ui, selected: &mut Selected, things: &Things) {
             }
         }
     });
+}
+
+fn edit_selected(ui: &mut egui::Ui, selected: &Selected, things: &mut Things) {
+    let thing = selected.0.and_then(|thing| things.get_mut(thing).ok());
+    let Some((.., mut style, mut ramps, mut measured_light)) = thing else {
+        ui.label("Click a thing in the picture. Space holds the camera.");
+        return;
+    };
+    let mut look = Look { style: *style, ramps: *ramps, measured_light: *measured_light };
+    edit_look(ui, &mut look);
+    // Only what has changed is prepared anew.
+    style.set_if_neq(look.style);
+    ramps.set_if_neq(look.ramps);
+    measured_light.set_if_neq(look.measured_light);
 }
 
 fn edit_look(ui: &mut egui::Ui, look: &mut Look) {
