@@ -10,7 +10,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 readonly all=(two_markers dance_stage panel minimal toon no_ball real_light_events composite real_lights eight_cases
-    live_environment shadow_lab)
+    live_environment shadow_lab looks)
 # Width of pictures in the gallery; quality of JPEGs in ffmpeg's scale, on which 2 is best.
 readonly width=640 quality=4
 # The moving picture: one round of the recorded desk, which ends where it begins.
@@ -118,6 +118,13 @@ make_live_environment() {
 make_shadow_lab() {
     draw shadow_lab --headless --frames 1 --size 640x360 --out "$work/lab"
     to_jpeg "$work/lab/frame_0000.png" shadow_lab
+}
+
+# Wider than the others, because it has twelve parts; drawn larger still, for smooth lines.
+make_looks() {
+    draw looks --headless --size 800x600 --out "$work/looks.png"
+    ffmpeg -loglevel error -y -i "$work/looks.png" -vf scale=1440:-1:flags=area -c:v libwebp -quality 85 -compression_level 6 \
+        "$pictures/looks.webp"
 }
 
 mkdir -p $pictures

@@ -40,6 +40,8 @@ pub(crate) fn load(file: &Path) -> Result<Looks, String> {
     let text = std::fs::read_to_string(file)
         .map_err(|error| format!("cannot read the styles in {path}: {error}; `--save FILE.ron` writes such a file"))?;
     let looks = parse(&text).map_err(|problem| {
+        // without the types that lead to the place
+        let problem = problem.split(" (stack:").next().unwrap_or_default();
         format!("cannot read the styles in {path}: {problem}; compare it with what `--save FILE.ron` writes")
     })?;
     match looks.keys().find(|name| !THINGS.contains(&name.as_str())) {

@@ -9,7 +9,8 @@
 //! [`ClassicMaterial`] that extends it. Changes of the original asset are copied into the extended material.
 //! [`SurfaceStyle::Engine`] keeps or restores the original. Styles may change at any time, at once or in a
 //! [fade](StyleFade). [`MeasuredLightWeight`] says how much of the room's light surfaces receive beside that of the
-//! author's lamps.
+//! author's lamps. The example `looks` has all parameters in a panel, and draws the styles side by side
+//! (`assets/pictures/looks.webp`).
 //!
 //! # Virtual lamps on real surfaces
 //! Bevy's point, spot and directional lights illuminate phantoms that receive shadows: camera frame × (visibility
