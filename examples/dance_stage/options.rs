@@ -2,7 +2,7 @@
 
 use crate::{
     stage::THINGS,
-    support::{parse_intrinsics, parse_size},
+    support::{asset_path, parse_intrinsics, parse_size},
 };
 use bevy::math::{UVec2, Vec2};
 use bevy_mirrorball::{
@@ -10,7 +10,7 @@ use bevy_mirrorball::{
     prelude::{CameraFeed, Intrinsics},
 };
 use lexopt::prelude::{Long, Short, ValueExt};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 pub(crate) const USAGE: &str = "\
 A dancer on a real desk, lit by the room that a mirrored ball shows.
@@ -76,7 +76,7 @@ impl Options {
     pub(crate) fn from_command_line() -> Result<Option<Self>, lexopt::Error> {
         let mut parser = lexopt::Parser::from_env();
         let mut options = Self {
-            feed: Feed::Clip(asset("desk_clip")),
+            feed: Feed::Clip(asset_path("desk_clip")),
             lens: None,
             set: None,
             scene: None,
@@ -115,9 +115,9 @@ impl Options {
 
     /// The glTF file with the places of the real objects.
     pub(crate) fn scene_file(&self) -> PathBuf {
-        let is_recorded_desk = matches!(&self.feed, Feed::Clip(folder) if *folder == asset("desk_clip"));
+        let is_recorded_desk = matches!(&self.feed, Feed::Clip(folder) if *folder == asset_path("desk_clip"));
         let set = if is_recorded_desk { "desk/set.glb" } else { "desk/bare_set.glb" };
-        self.scene.as_ref().or(self.set.as_ref()).cloned().unwrap_or_else(|| asset(set))
+        self.scene.as_ref().or(self.set.as_ref()).cloned().unwrap_or_else(|| asset_path(set))
     }
 
     /// Returns the feed and the size of its frames. Checks that the feed exists and that a calibration is for its
@@ -158,12 +158,6 @@ fn device_feed(index: u32) -> Result<CameraFeed, &'static str> {
 #[cfg(not(feature = "webcam"))]
 fn device_feed(_: u32) -> Result<CameraFeed, &'static str> {
     Err("this program was built without webcams; build it with `--features egui,webcam`")
-}
-
-/// Path of an asset of the package, independent of the folder in which cargo runs the program.
-fn asset(name: &str) -> PathBuf {
-    let package = std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(PathBuf::new, PathBuf::from);
-    package.join("assets").join(Path::new(name))
 }
 
 fn parse_feed(text: &str) -> Result<Feed, String> {

@@ -7,10 +7,10 @@ use crate::{
 use bevy::prelude::*;
 use bevy_mirrorball::prelude::*;
 
-/// Folder of the recording.
-pub(crate) const CLIP: &str = "assets/desk_clip";
+/// Folder of the recording, in the folder of assets.
+pub(crate) const CLIP: &str = "desk_clip";
 /// The recorded frame that shows the things best, with the lamp in front of them on the left.
-pub(crate) const STILL: &str = "assets/desk_clip/frame_028.jpg";
+pub(crate) const STILL: &str = "desk_clip/frame_028.jpg";
 /// Names of the things, from left to right.
 pub(crate) const THINGS: [&str; 3] = ["teapot", "fox", "block"];
 
@@ -27,8 +27,8 @@ pub(crate) fn build(app: &mut App, looks: Looks) {
         .add_systems(Update, paint_ramps);
 }
 
-/// What is really there, as a scene: marker, mirrored ball, and the desk, the box and the can that hide virtual things and
-/// catch their shadows. The shadow dome is in it, too.
+/// What is really there, as a scene: marker, mirrored ball, and the desk, the box and the can that hide virtual things
+/// and catch their shadows. The shadow dome is in it, too.
 fn set(mut commands: Commands, assets: Res<AssetServer>) {
     commands.spawn(WorldAssetRoot(assets.load(GltfAssetLabel::Scene(0).from_asset("desk/set.glb"))));
 }

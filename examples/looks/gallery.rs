@@ -5,7 +5,7 @@ use crate::{
     look::{Look, Thing, ThingData, show},
     options::Options,
     presets,
-    support::{Outcome, captions, fits_device, headless_log, loading_error, rgb_image},
+    support::{Outcome, asset_path, captions, fits_device, headless_log, loading_error, rgb_image},
 };
 use bevy::prelude::*;
 use bevy_mirrorball::{camera::Clip, environment_map::EnvironmentCube, headless, prelude::*};
@@ -30,14 +30,14 @@ const DIM: Rgb<u8> = Rgb([150, 150, 155]);
 
 pub(crate) fn run(options: &Options) -> Outcome<()> {
     let looks = options.looks()?;
-    let clip = Clip::open(CLIP).map_err(|error| format!("run it in the crate's folder: {error}"))?;
+    let clip = Clip::open(asset_path(CLIP))?;
     let mut app = headless::build_app(headless::default_plugins(), |app| {
         app.add_plugins(headless_log());
         desk::build(app, looks);
     })?;
     fits_device(&app, options.size)?;
     let (picture, target) = headless::add_target(&mut app, options.size);
-    let feed = CameraFeed::file(STILL).with_pace(FeedPace::Lockstep);
+    let feed = CameraFeed::file(asset_path(STILL)).with_pace(FeedPace::Lockstep);
     app.world_mut().spawn((ArCamera { intrinsics: clip.intrinsics, ..default() }, feed, target));
     load(&mut app)?;
 

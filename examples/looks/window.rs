@@ -5,7 +5,7 @@ use crate::{
     look::Thing,
     options::Options,
     panel::{StylesFile, draw_panel},
-    support::{Outcome, window_log},
+    support::{Outcome, asset_path, window_log},
 };
 use bevy::{prelude::*, window::WindowResolution};
 use bevy_egui::{EguiPlugin, EguiPrimaryContextPass, input::EguiWantsInput};
@@ -48,8 +48,8 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
 
 /// Spawns the camera with the intrinsics of the recording, which single frames of it do not have.
 fn film(mut commands: Commands) -> Result {
-    let intrinsics = Clip::open(CLIP)?.intrinsics;
-    commands.spawn((ArCamera { intrinsics, ..default() }, CameraFeed::clip(CLIP)));
+    let intrinsics = Clip::open(asset_path(CLIP))?.intrinsics;
+    commands.spawn((ArCamera { intrinsics, ..default() }, CameraFeed::clip(asset_path(CLIP))));
     Ok(())
 }
 
@@ -62,7 +62,7 @@ fn hold(
 ) {
     if keys.just_pressed(KeyCode::Space) {
         *is_held = !*is_held;
-        let feed = if *is_held { CameraFeed::file(STILL) } else { CameraFeed::clip(CLIP) };
+        let feed = if *is_held { CameraFeed::file(asset_path(STILL)) } else { CameraFeed::clip(asset_path(CLIP)) };
         commands.entity(*camera).insert(feed);
     }
 }

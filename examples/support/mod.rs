@@ -3,6 +3,7 @@
 
 #![allow(dead_code, unused_imports, reason = "each example uses a part, and which one differs")]
 
+mod asset_path;
 pub(crate) mod captions;
 mod default_plugins;
 mod draw_to_file;
@@ -17,6 +18,7 @@ mod rgb_image;
 mod scene_path;
 mod window_log;
 
+pub(crate) use asset_path::asset_path;
 pub(crate) use default_plugins::DefaultPlugins;
 pub(crate) use exit_code::{Outcome, exit_code, run_with_options};
 pub(crate) use fits_device::fits_device;

@@ -44,12 +44,14 @@ fn edit_model(ui: &mut egui::Ui, model: &mut ClassicModel) {
 
 /// Draws a check box, and a slider while it is on.
 fn optional(ui: &mut egui::Ui, name: &str, value: &mut Option<f32>, start: f32, largest: f32) {
-    let mut is_on = value.is_some();
-    ui.checkbox(&mut is_on, name);
-    if is_on != value.is_some() {
-        *value = is_on.then_some(start);
-    }
-    if let Some(value) = value {
-        slider(ui, name, value, 0.0..=largest);
-    }
+    ui.horizontal(|ui| {
+        let mut is_on = value.is_some();
+        ui.checkbox(&mut is_on, name);
+        if is_on != value.is_some() {
+            *value = is_on.then_some(start);
+        }
+        if let Some(value) = value {
+            slider(ui, "", value, 0.0..=largest);
+        }
+    });
 }

@@ -36,7 +36,7 @@ pub(crate) fn draw_panel(
     let largest = ctx.viewport_rect().height() - 60.0;
     let panel = egui::Window::new("looks").anchor(egui::Align2::RIGHT_TOP, [-8.0, 8.0]).resizable(false);
     panel.show(ctx, |ui| {
-        egui::ScrollArea::vertical().max_height(largest).show(ui, |ui| {
+        egui::ScrollArea::vertical().max_height(largest).min_scrolled_height(largest).show(ui, |ui| {
             draw_file(ui, &mut file, &mut things);
             ui.separator();
             choose_thing(ui, &mut selected, &things);
@@ -130,10 +130,11 @@ fn edit_look(ui: &mut egui::Ui, look: &mut Look) {
 
 /// Draws a slider with its name.
 fn slider(ui: &mut egui::Ui, name: &str, value: &mut f32, range: std::ops::RangeInclusive<f32>) {
-    ui.add(egui::Slider::new(value, range).text(name));
+    ui.add(egui::Slider::new(value, range).max_decimals(3).text(name));
 }
 
-/// Draws a slider with its name, on which small values have more room.
+/// Draws a slider with its name, on which small values have more room: those from a thousandth of the largest on.
 fn wide_slider(ui: &mut egui::Ui, name: &str, value: &mut f32, largest: f32) {
-    ui.add(egui::Slider::new(value, 0.0..=largest).logarithmic(true).text(name));
+    let slider = egui::Slider::new(value, 0.0..=largest).logarithmic(true);
+    ui.add(slider.smallest_positive(0.001 * f64::from(largest)).max_decimals(4).text(name));
 }
