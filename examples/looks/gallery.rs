@@ -5,7 +5,7 @@ use crate::{
     look::{Look, Thing, ThingData, show},
     options::Options,
     presets,
-    support::{Outcome, asset_path, captions, fits_device, headless_log, loading_error, rgb_image},
+    support::{Outcome, asset_path, captions, fits_device, has_loaded, headless_log, loading_error, rgb_image},
 };
 use bevy::prelude::*;
 use bevy_mirrorball::{camera::Clip, environment_map::EnvironmentCube, headless, prelude::*};
@@ -60,14 +60,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
 
 /// Waits for the scenes and for the light that is measured in the ball.
 fn load(app: &mut App) -> Outcome<()> {
-    headless::update_until(app, "loading the scenes", MAX_WAIT, |app| {
-        let assets = app.world().resource::<AssetServer>().clone();
-        let world = app.world_mut();
-        world.query::<&WorldAssetRoot>().iter(world).all(|scene| {
-            let file = Path::new("the scene");
-            assets.is_loaded_with_dependencies(&scene.0) || loading_error(&assets, &scene.0, file).is_some()
-        })
-    })?;
+    headless::update_until(app, "loading the scenes", MAX_WAIT, has_loaded)?;
     let assets = app.world().resource::<AssetServer>().clone();
     let world = app.world_mut();
     for scene in world.query::<&WorldAssetRoot>().iter(world) {

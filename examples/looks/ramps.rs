@@ -28,9 +28,6 @@ pub(crate) enum Ramp {
 }
 
 impl Ramp {
-    pub(crate) const ALL: [(&'static str, Self); 3] =
-        [("comic", Self::Comic), ("dusk", Self::Dusk), ("ring", Self::Ring)];
-
     /// Colors of the steps, dark ones first. Repeated pixels make wide steps.
     fn pixels(self) -> &'static [[u8; 3]] {
         match self {

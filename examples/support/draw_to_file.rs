@@ -79,7 +79,7 @@ impl DrawToFile {
 }
 
 /// Returns whether no scene is loading any more. Those that cannot be loaded are in the log.
-fn has_loaded(app: &mut App) -> bool {
+pub(crate) fn has_loaded(app: &mut App) -> bool {
     let assets = app.world().resource::<AssetServer>().clone();
     let world = app.world_mut();
     world.query::<&WorldAssetRoot>().iter(world).all(|scene| {

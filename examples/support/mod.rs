@@ -20,6 +20,7 @@ mod window_log;
 
 pub(crate) use asset_path::asset_path;
 pub(crate) use default_plugins::DefaultPlugins;
+pub(crate) use draw_to_file::has_loaded;
 pub(crate) use exit_code::{Outcome, exit_code, run_with_options};
 pub(crate) use fits_device::fits_device;
 pub(crate) use has_display::has_display;
