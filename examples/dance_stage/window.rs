@@ -13,9 +13,16 @@ use bevy_mirrorball::{
     debug::{MirrorballPanel, MirrorballPanelPlugin},
     prelude::*,
 };
+// Games have these with Bevy's default features, as `bevy::picking`.
+use bevy_picking::{
+    DefaultPickingPlugins,
+    events::{Click, Pointer},
+    mesh_picking::MeshPickingPlugin,
+};
 use std::num::NonZeroU32;
 
-const TITLE: &str = "dance stage · 1…6 and T: toon or image-based · Tab: panel · Space: hold · Esc: end";
+const TITLE: &str =
+    "dance stage · 1…6 and T: toon or image-based · click: all settings · Tab: panel · Space: hold · Esc: end";
 
 pub(crate) fn run(options: &Options) -> Outcome<()> {
     let (feed, size) = options.camera_feed()?;
@@ -40,6 +47,8 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
         MirrorballPanelPlugin,
     ))
     .insert_resource(ClearColor(Color::srgb(0.11, 0.11, 0.12)))
+    .add_plugins((DefaultPickingPlugins, MeshPickingPlugin))
+    .add_observer(select)
     .add_systems(Startup, spawn_panel_camera)
     .add_systems(Update, (stage::switch_styles, stage::hold_the_dance, open_panel, end))
     .add_systems(PreUpdate, leave_room_for_panel);
@@ -84,6 +93,13 @@ fn leave_room_for_panel(
         {
             camera.viewport.clone_from(&viewport);
         }
+    }
+}
+
+/// Shows the style of the thing under the pointer. A click rises from the mesh that it hits to its ancestors.
+fn select(click: On<Pointer<Click>>, things: Query<(), With<SurfaceStyle>>, mut panel: ResMut<MirrorballPanel>) {
+    if things.contains(click.entity) {
+        *panel = MirrorballPanel { is_open: true, selected: Some(click.entity), ..*panel };
     }
 }
 

@@ -39,6 +39,8 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
         .add_systems(Startup, film)
         .add_systems(Update, (hold, end))
         .add_systems(EguiPrimaryContextPass, draw_panel);
+    // What is chosen in the panel fades in.
+    app.register_required_components_with::<Thing, _>(|| StyleFade { seconds: 0.3 });
     desk::build(&mut app, looks);
     match app.run() {
         AppExit::Success => Ok(()),

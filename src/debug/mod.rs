@@ -43,7 +43,7 @@ pub use gizmos::{MirrorballGizmos, MirrorballGizmosPlugin};
 pub use map_view::{MapView, MapViewPlugin, ShownMap};
 pub use memory::{DeviceMemory, device_memory};
 #[cfg(feature = "egui")]
-pub use panel::{MirrorballPanel, MirrorballPanelPlugin};
+pub use panel::{MirrorballPanel, MirrorballPanelPlugin, edit_surface_style};
 
 /// Old name of [`MirrorballDiagnosticsPlugin`].
 #[deprecated(since = "0.1.0", note = "use `MirrorballDiagnosticsPlugin`")]

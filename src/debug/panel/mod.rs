@@ -1,9 +1,13 @@
 //! Mirrorball panel: camera frame, measured maps, checks, timings, memory, effects, and the style of each entity.
 
+mod classic_controls;
 mod effects;
 mod figures;
+mod style_controls;
 mod switches;
 mod toon_controls;
+
+pub use style_controls::edit_surface_style;
 
 use super::{Checklist, MapView, MapViewPlugin, ShownMap};
 use crate::{
@@ -54,11 +58,14 @@ pub struct MirrorballPanel {
     pub is_open: bool,
     /// Width in logical pixels. Defaults to 370.
     pub width: f32,
+    /// Entity with a [`SurfaceStyle`](crate::materials::SurfaceStyle) whose settings are shown. Games may set it, for
+    /// example when a player clicks a thing. Defaults to `None`.
+    pub selected: Option<Entity>,
 }
 
 impl Default for MirrorballPanel {
     fn default() -> Self {
-        Self { is_open: true, width: 370.0 }
+        Self { is_open: true, width: 370.0, selected: None }
     }
 }
 
@@ -80,6 +87,7 @@ fn disable_closed_map(mut commands: Commands, panel: Res<MirrorballPanel>, maps:
 }
 
 fn draw_panel(
+    mut commands: Commands,
     mut contexts: EguiContexts,
     mut panel: ResMut<MirrorballPanel>,
     checklist: Checklist,
@@ -103,18 +111,17 @@ fn draw_panel(
             return;
         }
     };
-    let mut is_open = panel.is_open;
-    let width = panel.width;
+    let mut after = *panel;
     egui::Window::new("measured light")
-        .open(&mut is_open)
+        .open(&mut after.is_open)
         .anchor(egui::Align2::RIGHT_TOP, egui::Vec2::ZERO)
         .resizable(false)
         .vscroll(true)
-        .fixed_size([width, ctx.viewport_rect().height()])
+        .fixed_size([panel.width, ctx.viewport_rect().height()])
         .show(ctx, |ui| {
             draw_checks(ui, &checklist);
             ui.separator();
-            draw_styles(ui, &mut styles);
+            draw_styles(ui, &mut styles, &mut after.selected, &mut commands);
             ui.separator();
             egui::CollapsingHeader::new("effects").show(ui, |ui| draw_effects(ui, &mut effects));
             egui::CollapsingHeader::new("environment").default_open(true).show(ui, |ui| {
@@ -131,7 +138,7 @@ fn draw_panel(
                 }
             });
         });
-    panel.set_if_neq(MirrorballPanel { is_open, width });
+    panel.set_if_neq(after);
 }
 
 /// Draws an image over the whole width, at its aspect ratio.

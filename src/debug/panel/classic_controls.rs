@@ -1,13 +1,13 @@
-//! Parameters of classic surfaces.
+//! Controls of the panel for classic surfaces.
 
-use super::{slider, wide_slider};
+use super::style_controls::{slider, wide_slider};
+use crate::materials::{ClassicModel, ClassicStyle};
 use bevy::prelude::*;
 use bevy_egui::egui;
-use bevy_mirrorball::prelude::*;
 
 const MAX: f32 = ClassicStyle::MAX_COEFFICIENT;
 
-pub(super) fn edit(ui: &mut egui::Ui, classic: &mut ClassicStyle) {
+pub(super) fn edit_classic(ui: &mut egui::Ui, classic: &mut ClassicStyle) {
     edit_model(ui, &mut classic.model);
     ui.strong("reflection");
     optional(ui, "roughness of its own", &mut classic.roughness, 0.0, 1.0);
@@ -34,11 +34,11 @@ fn edit_model(ui: &mut egui::Ui, model: &mut ClassicModel) {
         }
         ClassicModel::Mixed(mixed) => {
             wide_slider(ui, "base", &mut mixed.base, MAX);
-            slider(ui, "diffuse", &mut mixed.diffuse, 0.0..=1.0);
-            slider(ui, "mirror", &mut mixed.mirror, 0.0..=1.0);
+            slider(ui, "diffuse", &mut mixed.diffuse, 1.0);
+            slider(ui, "mirror", &mut mixed.mirror, 1.0);
         }
         // The alpha of the base color says where the surface mirrors.
-        _ => {}
+        ClassicModel::GlossMap => {}
     }
 }
 
@@ -51,7 +51,7 @@ fn optional(ui: &mut egui::Ui, name: &str, value: &mut Option<f32>, start: f32, 
             *value = is_on.then_some(start);
         }
         if let Some(value) = value {
-            slider(ui, "", value, 0.0..=largest);
+            slider(ui, "", value, largest);
         }
     });
 }

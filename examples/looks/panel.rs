@@ -1,17 +1,18 @@
 //! The panel: every parameter of the selected thing's look, and the file of all looks.
 
-mod classic;
-mod toon;
-
 use crate::{
     look::{Look, Looks, Things, show},
-    presets, styles_file,
+    presets,
+    ramps::Ramp,
+    styles_file,
     window::Selected,
 };
 use bevy::prelude::*;
 use bevy_egui::{EguiContexts, egui};
-use bevy_mirrorball::prelude::*;
+use bevy_mirrorball::{debug::edit_surface_style, prelude::*};
 use std::path::{Path, PathBuf};
+
+const RAMPS: [(&str, Ramp); 3] = [("comic", Ramp::Comic), ("dusk", Ramp::Dusk), ("ring", Ramp::Ring)];
 
 /// The file of `save` and `load`, and what came of it last.
 #[derive(Resource)]
@@ -106,35 +107,22 @@ fn edit_look(ui: &mut egui::Ui, look: &mut Look) {
             }
         }
     });
-    ui.horizontal(|ui| {
-        // The parameters of a style stay as they are while it is chosen again.
-        let toon = if let SurfaceStyle::Toon(toon) = look.style { toon } else { default() };
-        let classic = if let SurfaceStyle::Classic(classic) = look.style { classic } else { default() };
-        for (name, style) in [
-            ("image-based", SurfaceStyle::ImageBased),
-            ("toon", SurfaceStyle::Toon(toon)),
-            ("classic", SurfaceStyle::Classic(classic)),
-            ("Bevy", SurfaceStyle::Engine),
-        ] {
-            ui.selectable_value(&mut look.style, style, name);
-        }
-    });
-    match &mut look.style {
-        SurfaceStyle::Toon(toon) => toon::edit(ui, toon, &mut look.ramps),
-        SurfaceStyle::Classic(classic) => classic::edit(ui, classic),
-        _ => {}
+    edit_surface_style(ui, &mut look.style);
+    if let SurfaceStyle::Toon(_) = look.style {
+        ui.strong("ramps");
+        choose_ramp(ui, "light", &mut look.ramps.diffuse);
+        choose_ramp(ui, "highlight", &mut look.ramps.specular);
     }
     ui.separator();
-    slider(ui, "measured light", &mut look.measured_light.0, 0.0..=1.0);
+    ui.add(egui::Slider::new(&mut look.measured_light.0, 0.0..=1.0).max_decimals(3).text("measured light"));
 }
 
-/// Draws a slider with its name.
-fn slider(ui: &mut egui::Ui, name: &str, value: &mut f32, range: std::ops::RangeInclusive<f32>) {
-    ui.add(egui::Slider::new(value, range).max_decimals(3).text(name));
-}
-
-/// Draws a slider with its name, on which small values have more room: those from a thousandth of the largest on.
-fn wide_slider(ui: &mut egui::Ui, name: &str, value: &mut f32, largest: f32) {
-    let slider = egui::Slider::new(value, 0.0..=largest).logarithmic(true);
-    ui.add(slider.smallest_positive(0.001 * f64::from(largest)).max_decimals(4).text(name));
+fn choose_ramp(ui: &mut egui::Ui, label: &str, ramp: &mut Option<Ramp>) {
+    let chosen = RAMPS.into_iter().find(|(_, known)| Some(*known) == *ramp).map_or("none", |(name, _)| name);
+    egui::ComboBox::from_label(label).selected_text(chosen).show_ui(ui, |ui| {
+        ui.selectable_value(ramp, None, "none");
+        for (name, known) in RAMPS {
+            ui.selectable_value(ramp, Some(known), name);
+        }
+    });
 }
