@@ -76,14 +76,14 @@ make_panel() {
         return 0
     fi
     local server program number=97
-    Xvfb ":$number" -screen 0 1000x500x24 >/dev/null 2>&1 &
+    Xvfb ":$number" -screen 0 1100x500x24 >/dev/null 2>&1 &
     server=$!
     sleep 2
     DISPLAY=":$number" "$examples/dance_stage" --toon "dancer,mirror ball" >/dev/null 2>&1 &
     program=$!
     # until shaders are compiled and the light is measured
     sleep "${PANEL_SECONDS:-60}"
-    ffmpeg -loglevel error -y -f x11grab -draw_mouse 0 -video_size 980x480 -i ":$number" -frames:v 1 "$work/panel.png"
+    ffmpeg -loglevel error -y -f x11grab -draw_mouse 0 -video_size 1010x480 -i ":$number" -frames:v 1 "$work/panel.png"
     kill "$program" "$server"
     wait "$program" "$server" 2>/dev/null || true
     # the panel's text needs a better quality
