@@ -114,7 +114,9 @@ fn edit_look(ui: &mut egui::Ui, look: &mut Look) {
         choose_ramp(ui, "highlight", &mut look.ramps.specular);
     }
     ui.separator();
-    ui.add(egui::Slider::new(&mut look.measured_light.0, 0.0..=1.0).max_decimals(3).text("measured light"));
+    // What nobody drags stays as it is.
+    let weight = egui::Slider::new(&mut look.measured_light.0, 0.0..=1.0).clamping(egui::SliderClamping::Edits);
+    ui.add(weight.max_decimals(3).text("measured light"));
 }
 
 fn choose_ramp(ui: &mut egui::Ui, label: &str, ramp: &mut Option<Ramp>) {

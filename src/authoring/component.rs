@@ -6,7 +6,7 @@ use super::{
     rules::{Word, quoted, shown},
 };
 use crate::{
-    materials::{MeasuredLightWeight, SurfaceStyle},
+    materials::{MeasuredLightWeight, StyleFade, SurfaceStyle},
     phantom::PhantomObject,
     probe::{ClipRecovery, LightProbeSphere},
     shadows::ShadowDomeLight,
@@ -116,6 +116,8 @@ authored_components! {
     ShadowDomeLight,
     /// The rendering style of a node and its descendants.
     SurfaceStyle,
+    /// The time in which a node and its descendants fade from one style to the next.
+    StyleFade,
     /// How much of the measured light a node and its descendants receive.
     MeasuredLightWeight,
 }
@@ -190,5 +192,7 @@ mod tests {
         check::<PhantomObject>();
         check::<ShadowDomeLight>();
         check::<SurfaceStyle>();
+        check::<StyleFade>();
+        check::<MeasuredLightWeight>();
     }
 }

@@ -24,7 +24,9 @@ impl ExtrasPlace {
     pub(super) fn takes(self, component: &str) -> bool {
         match self {
             Self::Node | Self::Mesh => true,
-            Self::Scene => matches!(component, "ShadowDomeLight" | "SurfaceStyle" | "MeasuredLightWeight"),
+            Self::Scene => {
+                matches!(component, "ShadowDomeLight" | "SurfaceStyle" | "StyleFade" | "MeasuredLightWeight")
+            }
             Self::Material => false,
         }
     }

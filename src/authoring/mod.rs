@@ -18,6 +18,7 @@
 //! | `{"SurfaceStyle": "Toon"}`, `"Classic"`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and its descendants |
 //! | `{"SurfaceStyle": {"Toon": {"bands": 4, "key": "StrongestRealLight", "softness": 0, "highlight": true, "rim": 0, "outline_width": 2, "outline_meters": 0, "outline_color": "#000000"}}}`; `"key": "Direction"` with `"key_direction": [0, 1, 0]`; `"model": "Phong"` with `"diffuse"`, `"specular"` and `"exponent"` | the same with details |
 //! | `{"SurfaceStyle": {"Classic": {"model": "Combined", "specular": 0.5, "exponent": 50, "fresnel": 0.04}}}`, or `"GlossMap"` or `"Mixed"`, each with its coefficients | the same; all fields of [`ClassicStyle`](crate::materials::ClassicStyle) |
+//! | `{"StyleFade": {"seconds": 0.5}}`, 0…60 | [`StyleFade`](crate::materials::StyleFade) of the node and its descendants |
 //! | `{"MeasuredLightWeight": {"weight": 0.2}}`, 0…1 | [`MeasuredLightWeight`](crate::materials::MeasuredLightWeight) of the node and its descendants |
 //!
 //! One node may have several components. Omitted fields take the component's default. The tag family is optional;
@@ -44,7 +45,7 @@
 //! # Where they may stand
 //! On nodes (objects in Blender), and on meshes (the data of an object), whose components go to every node that uses
 //! the mesh; where the node has the same component, the node's counts. From a scene only `ShadowDomeLight`,
-//! `SurfaceStyle` and `MeasuredLightWeight` are taken, which then apply to all of it. Other components on a scene, and
+//! `SurfaceStyle`, `StyleFade` and `MeasuredLightWeight` are taken, which then apply to all of it. Other components on a scene, and
 //! all on a material, give a warning.
 //!
 //! # What is checked

@@ -8,8 +8,8 @@ use super::{
 };
 use crate::{
     materials::{
-        ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, PhongToon, SurfaceStyle, ToonKey,
-        ToonModel, ToonStyle,
+        ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, PhongToon, StyleFade, SurfaceStyle,
+        ToonKey, ToonModel, ToonStyle,
     },
     phantom::PhantomObject,
 };
@@ -43,6 +43,15 @@ impl FromExtras for SurfaceStyle {
             return fields.required_object("Classic", "SurfaceStyle.Classic", |fields| Self::Classic(classic(fields)));
         }
         fields.required_object("Toon", "SurfaceStyle.Toon", |fields| Self::Toon(toon(fields)))
+    }
+}
+
+impl FromExtras for StyleFade {
+    const EXAMPLE: &'static str = r#"{"seconds": 0.5}"#;
+
+    fn from_fields(fields: &mut Fields) -> Option<Self> {
+        let seconds = fields.optional("seconds", FromZero { max: MAX_FADE_SECONDS, unit: "seconds" });
+        Some(seconds.map_or_else(Self::default, |seconds| Self { seconds }))
     }
 }
 
@@ -119,6 +128,8 @@ fn classic(fields: &mut Fields) -> ClassicStyle {
 }
 
 const COEFFICIENT: FromZero = FromZero { max: ClassicStyle::MAX_COEFFICIENT, unit: "a factor" };
+/// Longer fades are mistakes.
+const MAX_FADE_SECONDS: f32 = 60.0;
 const FRACTION: FromZero = FromZero { max: 1.0, unit: "a fraction" };
 
 fn combined(fields: &mut Fields) -> CombinedModel {
@@ -158,6 +169,16 @@ mod tests {
         let read = |value| read_value::<MeasuredLightWeight>("MeasuredLightWeight", &value);
         assert_eq!(read(json!({"weight": 0.25})), Ok(MeasuredLightWeight(0.25)));
         for wrong in [json!({"weight": 2}), json!({}), json!(0.5)] {
+            assert_eq!(read(wrong).map_err(|problems| problems.len()), Err(1));
+        }
+    }
+
+    #[test]
+    fn a_fade_has_seconds() {
+        let read = |value| read_value::<StyleFade>("StyleFade", &value);
+        assert_eq!(read(json!({"seconds": 1.5})), Ok(StyleFade { seconds: 1.5 }));
+        assert_eq!(read(json!({})), Ok(StyleFade::default()));
+        for wrong in [json!({"seconds": -1}), json!({"seconds": 61}), json!({"duration": 1}), json!(0.5)] {
             assert_eq!(read(wrong).map_err(|problems| problems.len()), Err(1));
         }
     }

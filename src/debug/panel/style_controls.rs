@@ -51,11 +51,59 @@ pub(super) fn edit_settings(ui: &mut egui::Ui, style: &mut SurfaceStyle) {
 
 /// Draws a slider from 0 on, with its name.
 pub(super) fn slider(ui: &mut egui::Ui, name: &str, value: &mut f32, largest: f32) {
-    ui.add(egui::Slider::new(value, 0.0..=largest).max_decimals(3).text(name));
+    ui.add(calm(egui::Slider::new(value, 0.0..=largest)).max_decimals(3).text(name));
 }
 
 /// The same with more room for small values: those from a thousandth of the largest on.
 pub(super) fn wide_slider(ui: &mut egui::Ui, name: &str, value: &mut f32, largest: f32) {
-    let slider = egui::Slider::new(value, 0.0..=largest).logarithmic(true);
+    let slider = calm(egui::Slider::new(value, 0.0..=largest)).logarithmic(true);
     ui.add(slider.smallest_positive(0.001 * f64::from(largest)).max_decimals(4).text(name));
+}
+
+/// Lets a slider leave a value alone that nobody drags, whether or not it is within the range and how many decimals it
+/// has.
+pub(super) fn calm(slider: egui::Slider) -> egui::Slider {
+    slider.clamping(egui::SliderClamping::Edits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::materials::{
+        ClassicModel, ClassicStyle, CombinedModel, MixedModel, PhongToon, ToonKey, ToonModel, ToonStyle,
+    };
+
+    #[test]
+    fn looking_at_a_style_changes_nothing() {
+        // More decimals than a slider shows, and more than it goes to.
+        let odd = 0.123_456_78;
+        let toon = ToonStyle {
+            model: ToonModel::Phong(PhongToon { diffuse: odd, specular: 1e6, exponent: -odd }),
+            bands: 99,
+            key: ToonKey::Direction(Vec3::new(0.0, 2.0, odd)),
+            softness: odd,
+            rim: 7.0,
+            outline_width: odd,
+            outline_meters: 0.000_123_4,
+            outline_color: Color::linear_rgb(0.1, 0.2, 0.3),
+            ..default()
+        };
+        let combined = CombinedModel { ambient: odd, diffuse: -1.0, specular: 1e6, reflection: odd, exponent: 1e9 };
+        let mixed = MixedModel { base: odd, diffuse: 3.0, mirror: odd };
+        let classic = |model| ClassicStyle {
+            model,
+            roughness: Some(odd),
+            refraction: Some(9.0),
+            fresnel: Some(-odd),
+            reflection_threshold: odd,
+        };
+        let models = [ClassicModel::GlossMap, ClassicModel::Combined(combined), ClassicModel::Mixed(mixed)];
+        let classics = models.map(|model| SurfaceStyle::Classic(classic(model)));
+        let others = [SurfaceStyle::Toon(toon), SurfaceStyle::ImageBased, SurfaceStyle::Engine];
+        for style in classics.into_iter().chain(others) {
+            let mut edited = style;
+            egui::__run_test_ui(|ui| edit_surface_style(ui, &mut edited));
+            assert_eq!(edited, style);
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Controls of the panel for toon surfaces.
 
-use super::style_controls::{slider, wide_slider};
+use super::style_controls::{calm, slider, wide_slider};
 use crate::materials::{ToonKey, ToonModel, ToonStyle};
 use bevy::prelude::*;
 use bevy_egui::egui;
@@ -9,7 +9,8 @@ pub(super) fn edit_toon(ui: &mut egui::Ui, toon: &mut ToonStyle) {
     edit_model(ui, &mut toon.model);
     edit_key(ui, &mut toon.key);
     ui.strong("steps");
-    ui.add(egui::Slider::new(&mut toon.bands, ToonStyle::MIN_BANDS..=ToonStyle::MAX_BANDS).text("bands"));
+    let bands = ToonStyle::MIN_BANDS..=ToonStyle::MAX_BANDS;
+    ui.add(calm(egui::Slider::new(&mut toon.bands, bands)).text("bands"));
     slider(ui, "softness", &mut toon.softness, 1.0);
     ui.checkbox(&mut toon.highlight, "highlight");
     slider(ui, "rim light", &mut toon.rim, 1.0);
@@ -43,7 +44,7 @@ fn edit_key(ui: &mut egui::Ui, key: &mut ToonKey) {
     });
     if let ToonKey::Direction(direction) = key {
         for (axis, value) in ["x", "y", "z"].into_iter().zip(direction.as_mut()) {
-            ui.add(egui::Slider::new(value, -1.0..=1.0).max_decimals(3).text(axis));
+            ui.add(calm(egui::Slider::new(value, -1.0..=1.0)).max_decimals(3).text(axis));
         }
     }
 }
