@@ -12,9 +12,9 @@ use bevy::{ecs::system::SystemParam, prelude::*};
 
 /// Lets all meshes at and below an entity fade from one [`SurfaceStyle`] to the next, instead of changing at once.
 ///
-/// In a fade, both styles are drawn, and mixed in linear light. A change back in the middle of a fade turns it around;
-/// a change to a third style starts from the style that was being faded in. Outlines grow and shrink. The game's time
-/// counts ([`Time<Virtual>`]), so fades pause with it.
+/// In a fade, both styles are drawn, the old one by a child entity, and mixed in linear light. A change back in the
+/// middle of a fade turns it around; a change to a third style starts from the style that was being faded in. Outlines
+/// grow and shrink. The game's time counts ([`Time<Virtual>`]), so fades pause with it.
 ///
 /// Transparent and transmissive surfaces change at once, because one lies behind the other in a fade. Other settings,
 /// such as [`MeasuredLightWeight`](super::MeasuredLightWeight), apply at once, too: animate them.
@@ -86,37 +86,42 @@ pub(in crate::materials) fn start_fades(
             continue;
         }
         let fade = nearest(mesh, &parents, &fades).filter(|fade| fade.seconds > 0.0 && *role == StageRole::Virtual);
-        let (Some(StyleFade { seconds }), style) = (fade, styles.of(mesh)) else {
-            commands.entity(mesh).remove::<ShownStyle>();
-            continue;
-        };
-        let Some(ShownStyle { style: before, copy }) = shown else {
-            commands.entity(mesh).insert(ShownStyle { style, copy: None });
-            continue;
-        };
-        if style == *before {
-            continue;
-        }
-        let running = copy.and_then(|copy| copies.get(copy).ok().map(|fading| (copy, *fading)));
-        let copy = if let Some((copy, fading)) = running.filter(|(_, fading)| fading.style == style) {
-            let turned = FadingStyle { style: *before, gone: 1.0 - fading.gone, seconds: *seconds, ..fading };
-            commands.entity(copy).insert(turned.bundle());
-            Some(copy)
-        } else {
-            if let Some((copy, _)) = running {
-                commands.entity(copy).despawn();
+        let style = styles.of(mesh);
+        let (StyleFade { seconds }, before, copy) = match (fade, shown) {
+            (Some(fade), Some(ShownStyle { style: before, copy })) if style != *before => (*fade, *before, *copy),
+            (Some(_), Some(_)) | (None, None) => continue,
+            (Some(_), None) => {
+                commands.entity(mesh).try_insert(ShownStyle { style, copy: None });
+                continue;
             }
-            let handle = original.handle();
-            let cutoff = handle.and_then(|handle| originals.get(handle)).and_then(cutoff_of_solid);
-            handle.zip(cutoff).map(|(handle, cutoff)| {
-                let fading = FadingStyle { style: *before, gone: 0.0, seconds: *seconds, cutoff };
-                let look = (shape.clone(), MeshMaterial3d(handle.clone()), ChildOf(mesh));
-                let mut copy = commands.spawn((fading.bundle(), look));
-                placement.copy_to(&mut copy, true);
-                copy.id()
-            })
+            (None, Some(_)) => {
+                commands.entity(mesh).try_remove::<ShownStyle>();
+                continue;
+            }
         };
-        commands.entity(mesh).insert(ShownStyle { style, copy });
+        let running = copy.and_then(|copy| copies.get(copy).ok().map(|fading| (copy, *fading)));
+        let copy = match running {
+            Some((copy, fading)) if fading.style == style => {
+                let turned = FadingStyle { style: before, gone: 1.0 - fading.gone, seconds, ..fading };
+                commands.entity(copy).try_insert(turned.bundle());
+                Some(copy)
+            }
+            _ => {
+                if let Some((copy, _)) = running {
+                    commands.entity(copy).try_despawn();
+                }
+                let handle = original.handle();
+                let cutoff = handle.and_then(|handle| originals.get(handle)).and_then(cutoff_of_solid);
+                handle.zip(cutoff).map(|(handle, cutoff)| {
+                    let fading = FadingStyle { style: before, gone: 0.0, seconds, cutoff };
+                    let look = (shape.clone(), MeshMaterial3d(handle.clone()), ChildOf(mesh));
+                    let mut copy = commands.spawn((fading.bundle(), look));
+                    placement.copy_to(&mut copy, true);
+                    copy.id()
+                })
+            }
+        };
+        commands.entity(mesh).try_insert(ShownStyle { style, copy });
     }
 }
 
@@ -146,10 +151,10 @@ pub(in crate::materials) fn advance_fades(
         match drawn {
             Some((_, _, placement)) => {
                 let mut entity = commands.entity(copy);
-                entity.insert(fade_tag(fading.gone, fading.cutoff));
+                entity.try_insert(fade_tag(fading.gone, fading.cutoff));
                 placement.copy_to(&mut entity, false);
             }
-            None => commands.entity(copy).despawn(),
+            None => commands.entity(copy).try_despawn(),
         }
     }
 }
