@@ -45,8 +45,8 @@
 //! # Where they may stand
 //! On nodes (objects in Blender), and on meshes (the data of an object), whose components go to every node that uses
 //! the mesh; where the node has the same component, the node's counts. From a scene only `ShadowDomeLight`,
-//! `SurfaceStyle`, `StyleFade` and `MeasuredLightWeight` are taken, which then apply to all of it. Other components on a
-//! scene, and all on a material, give a warning.
+//! `SurfaceStyle`, `StyleFade` and `MeasuredLightWeight` are taken, which then apply to all of it. Other components on
+//! a scene, and all on a material, give a warning.
 //!
 //! # What is checked
 //! Unknown fields, values of the wrong type and values outside the documented range are errors. Their messages name
