@@ -52,6 +52,8 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     .add_systems(Startup, spawn_panel_camera)
     .add_systems(Update, (stage::switch_styles, stage::hold_the_dance, open_panel, end))
     .add_systems(PreUpdate, leave_room_for_panel);
+    // What is switched fades over.
+    app.register_required_components_with::<SurfaceStyle, _>(|| StyleFade { seconds: 0.3 });
     // Otherwise the panel would be drawn over the image of the first camera.
     app.world_mut().resource_mut::<EguiGlobalSettings>().auto_create_primary_context = false;
     app.world_mut().spawn(camera);
