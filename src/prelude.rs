@@ -13,8 +13,8 @@ pub use crate::{
     lighting::{RealLight, RealLightAppeared, RealLightVanished},
     materials::{
         CameraGrain, ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, NeighborReflections,
-        NoNeighborReflections, PhongToon, ShowPhantoms, SoftPhantomEdges, StyleFade, SurfaceStyle, ToonKey, ToonModel,
-        ToonRamps, ToonStyle,
+        NoNeighborReflections, PhongToon, ShowPhantoms, SoftPhantomEdges, SphereMapModel, StyleFade, SurfaceStyle,
+        ToonKey, ToonModel, ToonRamps, ToonStyle,
     },
     phantom::PhantomObject,
     prefilter::{EnvironmentState, LiveEnvironment, Refresh, SpecularLobe},

@@ -14,8 +14,8 @@ A teapot, a fox and a block on a recorded desk, in all styles.
 
 usage: looks [OPTIONS]
 
-  --style NAME         all things in one look: image-based, engine, gloss map, combined, mixed, glass (classic), toon,
-                       ink, soft, ramps, phong or key (toon)
+  --style NAME         all things in one look: image-based, engine, gloss map, combined, mixed, lamps, glass, bubble,
+                       sphere map (classic), toon, ink, soft, ramps, phong or key (toon)
   --styles FILE.ron    the looks of all things, as `save` in the panel writes them
   --save FILE.ron      write the looks with which the program starts, to edit them
   --headless           draw to a file instead of a window; chosen by itself where there is no display: all looks side

@@ -8,13 +8,16 @@ use bevy::prelude::*;
 use bevy_mirrorball::prelude::*;
 
 /// Names of all looks, in the order of the gallery.
-pub(crate) const NAMES: [&str; 12] = [
+pub(crate) const NAMES: [&str; 15] = [
     "image-based",
     "engine",
     "gloss map",
     "combined",
     "mixed",
+    "lamps",
     "glass",
+    "bubble",
+    "sphere map",
     "toon",
     "ink",
     "soft",
@@ -53,6 +56,13 @@ pub(crate) fn named(name: &str) -> Option<Look> {
             roughness: Some(0.0),
             ..default()
         }),
+        // Lacquer that mirrors lamps and windows only.
+        "lamps" => classic(ClassicStyle {
+            model: ClassicModel::Combined(CombinedModel { specular: 0.0, reflection: 0.6, ..default() }),
+            roughness: Some(0.0),
+            reflection_threshold: 0.7,
+            ..default()
+        }),
         // The room, seen through the surface.
         "glass" => classic(ClassicStyle {
             model: ClassicModel::Combined(CombinedModel {
@@ -64,6 +74,18 @@ pub(crate) fn named(name: &str) -> Option<Look> {
             }),
             roughness: Some(0.0),
             refraction: Some(0.67),
+            ..default()
+        }),
+        // The same through a thin film, with a tint.
+        "bubble" => classic(ClassicStyle {
+            model: ClassicModel::Combined(CombinedModel { diffuse: 0.3, specular: 1.0, reflection: 0.8, ..default() }),
+            roughness: Some(0.0),
+            refraction: Some(0.95),
+            ..default()
+        }),
+        // Straight from the ball in the picture.
+        "sphere map" => classic(ClassicStyle {
+            model: ClassicModel::SphereMap(SphereMapModel { diffuse: 1.0, mirror: 0.3 }),
             ..default()
         }),
         // Three steps of the room's light.

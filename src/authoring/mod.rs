@@ -17,7 +17,7 @@
 //! | `{"ShadowDomeLight": {"directions": 64, "filter": "Gauss"}}`, all its fields | [`ShadowDomeLight`] |
 //! | `{"SurfaceStyle": "Toon"}`, `"Classic"`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and its descendants |
 //! | `{"SurfaceStyle": {"Toon": {"bands": 4, "key": "StrongestRealLight", "softness": 0, "highlight": true, "rim": 0, "outline_width": 2, "outline_meters": 0, "outline_color": "#000000"}}}`; `"key": "Direction"` with `"key_direction": [0, 1, 0]`; `"model": "Phong"` with `"diffuse"`, `"specular"` and `"exponent"` | the same with details |
-//! | `{"SurfaceStyle": {"Classic": {"model": "Combined", "specular": 0.5, "exponent": 50, "fresnel": 0.04}}}`, or `"GlossMap"` or `"Mixed"`, each with its coefficients | the same; all fields of [`ClassicStyle`](crate::materials::ClassicStyle) |
+//! | `{"SurfaceStyle": {"Classic": {"model": "Combined", "specular": 0.5, "exponent": 50, "fresnel": 0.04}}}`, or `"GlossMap"`, `"Mixed"` or `"SphereMap"`, each with its coefficients | the same; all fields of [`ClassicStyle`](crate::materials::ClassicStyle) |
 //! | `{"StyleFade": {"seconds": 0.5}}`, 0…60 | [`StyleFade`](crate::materials::StyleFade) of the node and its descendants |
 //! | `{"MeasuredLightWeight": {"weight": 0.2}}`, 0…1 | [`MeasuredLightWeight`](crate::materials::MeasuredLightWeight) of the node and its descendants |
 //!

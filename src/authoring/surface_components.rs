@@ -8,8 +8,8 @@ use super::{
 };
 use crate::{
     materials::{
-        ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, PhongToon, StyleFade, SurfaceStyle,
-        ToonKey, ToonModel, ToonStyle,
+        ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, PhongToon, SphereMapModel,
+        StyleFade, SurfaceStyle, ToonKey, ToonModel, ToonStyle,
     },
     phantom::PhantomObject,
 };
@@ -108,10 +108,11 @@ fn phong(fields: &mut Fields) -> PhongToon {
 
 /// Reads a classic style. The coefficients stand beside the name of the model; other models do not know them.
 fn classic(fields: &mut Fields) -> ClassicStyle {
-    let model = fields.optional("model", Word(&["GlossMap", "Combined", "Mixed"]));
+    let model = fields.optional("model", Word(&["GlossMap", "Combined", "Mixed", "SphereMap"]));
     let model = match model {
         Some("GlossMap") => ClassicModel::GlossMap,
         Some("Mixed") => ClassicModel::Mixed(mixed(fields)),
+        Some("SphereMap") => ClassicModel::SphereMap(sphere_map(fields)),
         _ => ClassicModel::Combined(combined(fields)),
     };
     let default = ClassicStyle::default();
@@ -151,6 +152,14 @@ fn mixed(fields: &mut Fields) -> MixedModel {
         base: fields.optional("base", COEFFICIENT).unwrap_or(default.base),
         diffuse: fields.optional("diffuse", FRACTION).unwrap_or(default.diffuse),
         mirror: fields.optional("mirror", FRACTION).unwrap_or(default.mirror),
+    }
+}
+
+fn sphere_map(fields: &mut Fields) -> SphereMapModel {
+    let default = SphereMapModel::default();
+    SphereMapModel {
+        diffuse: fields.optional("diffuse", COEFFICIENT).unwrap_or(default.diffuse),
+        mirror: fields.optional("mirror", COEFFICIENT).unwrap_or(default.mirror),
     }
 }
 
@@ -228,6 +237,9 @@ mod tests {
         let model = MixedModel { base: 0.4, diffuse: 0.0, mirror: 1.0 };
         let mixed = json!({"Classic": {"model": "Mixed", "diffuse": 0, "mirror": 1}});
         assert_eq!(read(mixed), classic(ClassicModel::Mixed(model)));
+        let model = SphereMapModel { diffuse: 0.5, mirror: 2.0 };
+        let sphere_map = json!({"Classic": {"model": "SphereMap", "diffuse": 0.5, "mirror": 2}});
+        assert_eq!(read(sphere_map), classic(ClassicModel::SphereMap(model)));
         let model = CombinedModel { ambient: 0.1, diffuse: 0.9, specular: 2.0, reflection: 0.3, exponent: 80.0 };
         let all = json!({"Classic": {
             "ambient": 0.1, "diffuse": 0.9, "specular": 2, "reflection": 0.3, "exponent": 80,

@@ -144,6 +144,7 @@
 //! | `GlossMap` (Supan 2006) | a · mix(S, D, α) |
 //! | `Combined` (Karlsson & Selegård 2005) | a · (ambient + diffuse · D) + specular · l · max(N·H, 0)ⁿ + reflection · S |
 //! | `Mixed` | a · base · mix(1, D, diffuse) + mirror · S |
+//! | `SphereMap` (Miller & Hoffman 1984) | a · diffuse · D + mirror · S, D and S from the ball in the frame |
 //!
 //! Emissive light is added. All light is in frame buffer units, so that D alone is as bright as a `StandardMaterial`
 //! that reflects nothing. [`ClassicStyle`] has the options of S: a roughness of its own, refraction instead of
@@ -151,6 +152,11 @@
 //! which leaves lamps and windows. Lobes of cosⁿ in place of GGX are a choice of the environment:
 //! [`SpecularLobe`](crate::prefilter::SpecularLobe). The highlight is absent where N·L ≤ 0. The maps contain that
 //! light, too, so a mirror with a highlight shows it twice, as in the source.
+//!
+//! `SphereMap` needs no maps at all, for the weakest devices: seen from the camera, a mirror shows what the ball shows
+//! at the same normal, and paper facing N what is diffusely around the direction that the ball mirrors at the normal
+//! halfway between N and the view. The CPU cuts 32 × 32 texels out of each frame and sums them up for 16 × 16
+//! directions, while a surface asks for it.
 //!
 //! Under a dome, D is multiplied with the ratio of the light that arrives, and S with the estimate for reflections. A
 //! shadow takes the highlight first: what the surface lacks is attributed to the strongest light if that contributes
@@ -192,8 +198,8 @@ pub use phantom::PhantomMaterial;
 pub use show_phantoms::ShowPhantoms;
 pub use soft_edges::SoftPhantomEdges;
 pub use style::{
-    ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, PhongToon, StyleFade, SurfaceStyle,
-    ToonKey, ToonModel, ToonStyle,
+    ClassicModel, ClassicStyle, CombinedModel, MeasuredLightWeight, MixedModel, PhongToon, SphereMapModel, StyleFade,
+    SurfaceStyle, ToonKey, ToonModel, ToonStyle,
 };
 pub use toon::{ToonMaterial, ToonRamps, ToonShaded};
 

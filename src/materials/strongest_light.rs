@@ -1,8 +1,9 @@
-//! The strongest real light, in a buffer that all classic and toon surfaces share.
+//! The strongest real light, in a buffer that all classic and toon surfaces share, with the sphere map behind it.
 //!
 //! Real lights change with every frame of a camera. The buffer is written in place, so that no material has to be
 //! prepared again.
 
+use super::classic::{SphereMap, TEXELS};
 use crate::{MirrorballSystems, lighting::RealLight};
 use bevy::{
     asset::RenderAssetUsages,
@@ -19,7 +20,7 @@ use bevy::{
 };
 use std::f32::consts::PI;
 
-/// Mirror of `StrongestLight` in `strongest_light.wgsl`.
+/// Mirror of the first fields of `StrongestLight` in `strongest_light.wgsl`.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 struct LightUniform {
     direction: Vec3,
@@ -59,7 +60,7 @@ pub(super) struct StrongestLight {
 
 impl FromWorld for StrongestLight {
     fn from_world(world: &mut World) -> Self {
-        let zeros = vec![0; LightUniform::min_size().get() as usize];
+        let zeros = vec![0; LightUniform::min_size().get() as usize + TEXELS * size_of::<Vec4>()];
         let buffer = ShaderBuffer::new(&zeros, RenderAssetUsages::RENDER_WORLD);
         let buffer = world.resource_mut::<Assets<ShaderBuffer>>().add(buffer);
         Self { buffer, id: None, uniform: default() }
@@ -73,7 +74,8 @@ pub(super) fn build(app: &mut App) {
         choose_strongest_light.run_if(resource_exists::<StrongestLight>).after(MirrorballSystems::Light),
     );
     if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
-        render_app.add_systems(Render, write_strongest_light.in_set(RenderSystems::PrepareResources));
+        render_app
+            .add_systems(Render, (write_strongest_light, write_sphere_map).in_set(RenderSystems::PrepareResources));
     }
 }
 
@@ -138,6 +140,24 @@ fn write_strongest_light(
     }
     queue.write_buffer(&buffer.buffer, 0, bytes.as_ref());
     *written = light.uniform;
+}
+
+/// Writes the sphere map behind the light when it shows another frame.
+fn write_sphere_map(
+    light: Option<Res<StrongestLight>>,
+    map: Option<Res<SphereMap>>,
+    buffers: Res<RenderAssets<GpuShaderBuffer>>,
+    queue: Res<RenderQueue>,
+    mut written: Local<Option<(Entity, u64)>>,
+) {
+    let Some((light, map)) = light.zip(map).filter(|(_, map)| map.frame.is_some() && map.frame != *written) else {
+        return;
+    };
+    if let Some(buffer) = buffers.get(&light.buffer) {
+        let bytes: Vec<u8> = map.texels.iter().flat_map(|texel| texel.to_array()).flat_map(f32::to_le_bytes).collect();
+        queue.write_buffer(&buffer.buffer, LightUniform::min_size().get(), &bytes);
+        *written = map.frame;
+    }
 }
 
 #[cfg(test)]

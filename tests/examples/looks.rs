@@ -8,7 +8,7 @@ use bevy::math::{IVec2, UVec2};
 use bevy_mirrorball::camera::FramePixels;
 
 /// Number of strips of the gallery, in columns.
-const STRIPS: i32 = 12;
+const STRIPS: i32 = 15;
 const COLUMNS: i32 = 3;
 /// Size of a strip, and distances from one to the next, of a desk drawn with 160 × 120 pixels.
 const STRIP: UVec2 = UVec2::new(135, 80);

@@ -19,10 +19,12 @@ pub(super) fn edit_classic(ui: &mut egui::Ui, classic: &mut ClassicStyle) {
 fn edit_model(ui: &mut egui::Ui, model: &mut ClassicModel) {
     ui.horizontal(|ui| {
         let combined = if let ClassicModel::Combined(combined) = *model { combined } else { default() };
+        let sphere_map = if let ClassicModel::SphereMap(model) = *model { model } else { default() };
         let mixed = if let ClassicModel::Mixed(mixed) = *model { mixed } else { default() };
         ui.selectable_value(model, ClassicModel::GlossMap, "gloss map");
         ui.selectable_value(model, ClassicModel::Combined(combined), "combined");
         ui.selectable_value(model, ClassicModel::Mixed(mixed), "mixed");
+        ui.selectable_value(model, ClassicModel::SphereMap(sphere_map), "sphere map");
     });
     match model {
         ClassicModel::Combined(combined) => {
@@ -36,6 +38,10 @@ fn edit_model(ui: &mut egui::Ui, model: &mut ClassicModel) {
             wide_slider(ui, "base", &mut mixed.base, MAX);
             slider(ui, "diffuse", &mut mixed.diffuse, 1.0);
             slider(ui, "mirror", &mut mixed.mirror, 1.0);
+        }
+        ClassicModel::SphereMap(sphere_map) => {
+            wide_slider(ui, "diffuse", &mut sphere_map.diffuse, MAX);
+            wide_slider(ui, "mirror", &mut sphere_map.mirror, MAX);
         }
         // The alpha of the base color says where the surface mirrors.
         ClassicModel::GlossMap => {}

@@ -1,7 +1,8 @@
 // StandardMaterial in a classic model: sums of lookups in the view's environment maps. The formulas are in the
 // documentation of materials/mod.rs. All of them are one sum with different coefficients, without branches.
 //
-// Definitions: DOME: there is a dome, whose shadows fall on the surface.
+// Definitions: DOME: there is a dome, whose shadows fall on the surface. SPHERE_MAP: the light is that of the ball in
+// the camera frame.
 
 #import bevy_pbr::{
     forward_io::{FragmentOutput, VertexOutput},
@@ -13,6 +14,9 @@
 #import bevy_mirrorball::materials::engine_features::{finished_surface, output_of, sampled_surface}
 #import bevy_mirrorball::materials::strongest_light::strongest_light
 #import bevy_mirrorball::materials::view_environment::{view_brightness, view_irradiance, view_radiance}
+#ifdef SPHERE_MAP
+#import bevy_mirrorball::materials::classic::sphere_map::{sphere_irradiance, sphere_radiance}
+#endif
 #ifdef DOME
 #import bevy_mirrorball::shadows::render::receive::{reflection_ratio, virtual_ratio}
 #endif
@@ -79,6 +83,28 @@ fn seen_direction(surface: PbrInput) -> vec3f {
     return select(mirrored, refracted, is_refracted);
 }
 
+#ifdef SPHERE_MAP
+/// What white paper in place of the surface shows, without shadows.
+fn diffuse_light(surface: PbrInput) -> vec3f {
+    return sphere_irradiance(surface.N, surface.V);
+}
+
+/// What is seen in the surface.
+fn mirrored_light(surface: PbrInput, roughness: f32) -> vec3f {
+    return sphere_radiance(surface.N, surface.V);
+}
+#else
+/// What white paper in place of the surface shows, without shadows.
+fn diffuse_light(surface: PbrInput) -> vec3f {
+    return view_irradiance(surface.N);
+}
+
+/// What is seen in or through the surface.
+fn mirrored_light(surface: PbrInput, roughness: f32) -> vec3f {
+    return view_radiance(seen_direction(surface), roughness);
+}
+#endif
+
 /// Fraction of the light that is mirrored (Schlick 1994).
 fn fresnel(surface: PbrInput) -> f32 {
     let from_grazing = 1.0 - saturate(dot(surface.N, surface.V));
@@ -112,8 +138,8 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let base_color = material.base_color;
     let roughness = select(classic.roughness, material.perceptual_roughness, classic.roughness < 0.0);
 
-    let open = view_irradiance(surface.N) * classic.measured_light;
-    let seen = view_radiance(seen_direction(surface), roughness);
+    let open = diffuse_light(surface) * classic.measured_light;
+    let seen = mirrored_light(surface, roughness);
     let left = diffuse_left(in, surface);
     let matte = open * left * surface.diffuse_occlusion;
     let mirrored = above_threshold(seen) * (fresnel(surface) * surface.specular_occlusion * classic.measured_light

@@ -4,7 +4,7 @@ use super::classic_uniform::ClassicUniform;
 use crate::materials::{
     dome_bindings::{DomeBindings, SurfaceShader, bind_fields, define_dome, define_in_fragment},
     strongest_light::LightBindings,
-    style::{MeshContext, SharedBindings, StyleExtension, SurfaceStyle, without_layers},
+    style::{ClassicModel, MeshContext, SharedBindings, StyleExtension, SurfaceStyle, without_layers},
 };
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
@@ -24,7 +24,7 @@ pub struct ClassicShaded {
     dome: DomeBindings,
     light: LightBindings,
     classic: ClassicBindings,
-    has_dome: bool,
+    parts: ClassicParts,
 }
 
 bind_fields!(ClassicShaded, ClassicKey, dome: DomeBindings, light: LightBindings, classic: ClassicBindings);
@@ -39,13 +39,21 @@ struct ClassicBindings {
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ClassicKey {
     dome: SurfaceShader,
+    parts: ClassicParts,
+}
+
+/// Parts of the shader that a surface needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(in crate::materials) struct ClassicParts {
     /// Whether there is a dome. Without, the shader has no code for it.
     has_dome: bool,
+    /// Whether the light is that of the sphere map instead of the environment maps.
+    has_sphere_map: bool,
 }
 
 impl From<&ClassicShaded> for ClassicKey {
     fn from(extension: &ClassicShaded) -> Self {
-        Self { dome: extension.dome.shader, has_dome: extension.has_dome }
+        Self { dome: extension.dome.shader, parts: extension.parts }
     }
 }
 
@@ -60,28 +68,30 @@ impl MaterialExtension for ClassicShaded {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        let ClassicKey { dome, has_dome } = key.bind_group_data;
+        let ClassicKey { dome, parts: ClassicParts { has_dome, has_sphere_map } } = key.bind_group_data;
         define_dome(descriptor, dome, key.mesh_key);
         define_in_fragment(descriptor, has_dome.then(|| "DOME".into()));
+        define_in_fragment(descriptor, has_sphere_map.then(|| "SPHERE_MAP".into()));
         Ok(())
     }
 }
 
 impl StyleExtension for ClassicShaded {
-    /// Coefficients, and whether there is a dome.
-    type Parameters = (ClassicUniform, bool);
+    type Parameters = (ClassicUniform, ClassicParts);
 
-    fn parameters(style: &SurfaceStyle, context: MeshContext) -> Option<(ClassicUniform, bool)> {
+    fn parameters(style: &SurfaceStyle, context: MeshContext) -> Option<Self::Parameters> {
         match style {
             SurfaceStyle::Classic(style) => {
-                Some((ClassicUniform::new(style, context.measured_light), context.has_dome))
+                let has_sphere_map = matches!(style.model, ClassicModel::SphereMap(_));
+                let parts = ClassicParts { has_dome: context.has_dome, has_sphere_map };
+                Some((ClassicUniform::new(style, context.measured_light), parts))
             }
             _ => None,
         }
     }
 
     fn new(
-        (uniform, has_dome): (ClassicUniform, bool),
+        (uniform, parts): (ClassicUniform, ClassicParts),
         fades: bool,
         _: &StandardMaterial,
         shared: &SharedBindings,
@@ -90,7 +100,7 @@ impl StyleExtension for ClassicShaded {
             dome: DomeBindings::new(&shared.dome, fades),
             light: shared.light.as_ref().into(),
             classic: ClassicBindings { uniform },
-            has_dome,
+            parts,
         }
     }
 

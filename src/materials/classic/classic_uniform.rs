@@ -50,6 +50,9 @@ impl ClassicUniform {
                 reflection: coefficient(model.reflection),
                 ..shared
             },
+            ClassicModel::SphereMap(model) => {
+                Self { diffuse: coefficient(model.diffuse), reflection: coefficient(model.mirror), ..shared }
+            }
             ClassicModel::Mixed(model) => {
                 let (base, diffuse) = (coefficient(model.base), fraction(model.diffuse));
                 Self {

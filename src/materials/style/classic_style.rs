@@ -59,6 +59,8 @@ pub enum ClassicModel {
     Combined(CombinedModel),
     /// A flat color that turns into the diffuse map, and the reflection on top of it.
     Mixed(MixedModel),
+    /// Diffuse light and reflection straight from the ball in the camera frame, without environment maps.
+    SphereMap(SphereMapModel),
 }
 
 impl Default for ClassicModel {
@@ -115,5 +117,34 @@ pub struct MixedModel {
 impl Default for MixedModel {
     fn default() -> Self {
         Self { base: 0.4, diffuse: 0.7, mirror: 0.5 }
+    }
+}
+
+/// Coefficients of [`ClassicModel::SphereMap`], each 0…10 (clamped; NaN means 0).
+///
+/// Surfaces show what the [`LightProbeSphere`](crate::probe::LightProbeSphere) does at the same normal, as seen from
+/// the camera (Miller and Hoffman 1984), in the frame that was measured last. The ball needs to be in view; before it
+/// was, surfaces are black. Clipped lamps have the [gain](crate::probe::ProbeMeasurement::gain) that the marker's paper
+/// tells, nothing is remembered of what the ball does not show, and the reflection has 32 × 32 texels at most.
+/// [`ClassicStyle::roughness`] and [`ClassicStyle::refraction`] have no effect.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_mirrorball::prelude::*;
+/// let enamel = SphereMapModel { diffuse: 0.8, mirror: 0.3 };
+/// let style = ClassicStyle { model: ClassicModel::SphereMap(enamel), ..default() };
+/// ```
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub struct SphereMapModel {
+    /// Factor on base color × diffuse light. Defaults to 1.
+    pub diffuse: f32,
+    /// Factor on the reflection. Defaults to 0.2.
+    pub mirror: f32,
+}
+
+impl Default for SphereMapModel {
+    fn default() -> Self {
+        Self { diffuse: 1.0, mirror: 0.2 }
     }
 }

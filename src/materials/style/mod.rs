@@ -14,7 +14,7 @@ mod styled_materials;
 mod surface_style;
 mod toon_style;
 
-pub use classic_style::{ClassicModel, ClassicStyle, CombinedModel, MixedModel};
+pub use classic_style::{ClassicModel, ClassicStyle, CombinedModel, MixedModel, SphereMapModel};
 pub(super) use exchange::{Styles, apply_styles, restore_originals, update_styled_materials};
 pub use measured_light::MeasuredLightWeight;
 pub(super) use numbers::{bounded, equal_by_numbers};

@@ -75,9 +75,20 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let ramps = vec![FORWARD, PREPASSED, &["DIFFUSE_RAMP", "SPECULAR_RAMP", "KEY_DIRECTION"] as &[&str]];
             let phong = vec![FORWARD, PREPASSED, &["PHONG", "SPECULAR_RAMP", "HAS_LAMPS"] as &[&str]];
             let mirrors = vec![FORWARD, TEXTURED, PREPASSED, &["NEIGHBORS"] as &[&str]];
+            let by_ball = vec![FORWARD, TEXTURED, PREPASSED, &["SPHERE_MAP"] as &[&str]];
             let far = vec![FORWARD, TEXTURED];
-            let shadowed =
-                filtered.into_iter().chain([multisampled, few, sorted, fading, lit, ramps, phong, mirrors, far]);
+            let shadowed = filtered.into_iter().chain([
+                multisampled,
+                few,
+                sorted,
+                fading,
+                lit,
+                ramps,
+                phong,
+                mirrors,
+                by_ball,
+                far,
+            ]);
             // Only classic surfaces leave out the dome where there is none.
             let dome: &[&str] = if name == "classic.wgsl" { &["DOME"] } else { &[] };
             forward.iter().cloned().chain(shadowed.map(|set| [set.as_slice(), &[dome]].concat())).collect()

@@ -4,6 +4,7 @@ mod highlight;
 mod models;
 mod reflection;
 mod shadows;
+mod sphere_map;
 mod surfaces;
 mod switching;
 mod twin;
