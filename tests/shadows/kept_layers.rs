@@ -133,3 +133,14 @@ fn what_stands_beside_a_coat_takes_from_its_reflection() {
     println!("{near:.2} of the reflection is left beside the wall, {far:.2} on the other side");
     assert!(near < 0.7 && far > 0.95);
 }
+
+#[test]
+fn without_tangents_anisotropic_surfaces_are_isotropic() {
+    let Some(mut studio) = under_sky(brass(), SurfaceStyle::ImageBased) else { return };
+    add_dome(&mut studio);
+    let isotropic = studio.shoot();
+    studio.set_ball(StandardMaterial { anisotropy_strength: 0.9, ..brass() }, SurfaceStyle::ImageBased);
+    let difference = studio.shoot().difference(&isotropic);
+    println!("off by {difference}");
+    assert_eq!(difference, 0);
+}
