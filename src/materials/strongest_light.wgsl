@@ -13,8 +13,7 @@ struct StrongestLight {
     /// How much this light is the key light, 0…1.
     key_weight: f32,
     /// The ball as a sphere map, for mirrored and for diffuse light, as `classic/sphere_map.rs` makes them.
-    mirror_map: array<vec4f, 1024>,
-    diffuse_map: array<vec4f, 256>,
+    sphere_map: array<vec4f, 1280>,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(105) var<storage, read> strongest_light: StrongestLight;

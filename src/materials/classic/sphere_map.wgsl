@@ -5,9 +5,15 @@
 #import bevy_pbr::mesh_view_bindings::view
 #import bevy_mirrorball::materials::strongest_light::strongest_light
 
-/// Edge lengths of the maps in texels.
-const MIRROR_EDGE: i32 = 32;
-const DIFFUSE_EDGE: i32 = 16;
+/// A map among the texels of both.
+struct Map {
+    first: i32,
+    /// Edge length in texels.
+    edge: i32,
+}
+
+const MIRROR: Map = Map(0, 32);
+const DIFFUSE: Map = Map(1024, 16);
 /// Smallest squared length of a direction that counts; keeps divisors above zero.
 const MIN_SQUARED_LENGTH: f32 = 1e-12;
 
@@ -18,40 +24,30 @@ fn place_in_map(normal: vec3f, dir_view: vec3f) -> vec2f {
     return vec2f(dot(normal, right), dot(normal, cross(dir_view, right)));
 }
 
-/// Texel coordinates of a place, rows from the top.
-fn texel_at(place: vec2f, edge: i32) -> vec2f {
-    let last = f32(edge - 1);
-    return clamp((vec2f(place.x, -place.y) * 0.5 + 0.5) * f32(edge) - 0.5, vec2f(0.0), vec2f(last));
+fn texel(map: Map, at: vec2i) -> vec3f {
+    let inside = min(at, vec2i(map.edge - 1));
+    return strongest_light.sphere_map[map.first + inside.y * map.edge + inside.x].rgb;
 }
 
-fn mirror_texel(texel: vec2i) -> vec3f {
-    let inside = min(texel, vec2i(MIRROR_EDGE - 1));
-    return strongest_light.mirror_map[inside.y * MIRROR_EDGE + inside.x].rgb;
-}
-
-fn diffuse_texel(texel: vec2i) -> vec3f {
-    let inside = min(texel, vec2i(DIFFUSE_EDGE - 1));
-    return strongest_light.diffuse_map[inside.y * DIFFUSE_EDGE + inside.x].rgb;
+/// Light at a place of a map, interpolated. Its rows start at the top.
+fn light_at(map: Map, place: vec2f) -> vec3f {
+    let texels = (vec2f(place.x, -place.y) * 0.5 + 0.5) * f32(map.edge) - 0.5;
+    let at = clamp(texels, vec2f(0.0), vec2f(f32(map.edge - 1)));
+    let low = vec2i(at);
+    let t = at - vec2f(low);
+    let upper = mix(texel(map, low), texel(map, low + vec2i(1, 0)), t.x);
+    let lower = mix(texel(map, low + vec2i(0, 1)), texel(map, low + vec2i(1, 1)), t.x);
+    return mix(upper, lower, t.y);
 }
 
 /// Radiance that a mirror shows: that of the ball at the same normal.
 fn sphere_radiance(normal: vec3f, dir_view: vec3f) -> vec3f {
-    let at = texel_at(place_in_map(normal, dir_view), MIRROR_EDGE);
-    let low = vec2i(at);
-    let t = at - vec2f(low);
-    let upper = mix(mirror_texel(low), mirror_texel(low + vec2i(1, 0)), t.x);
-    let lower = mix(mirror_texel(low + vec2i(0, 1)), mirror_texel(low + vec2i(1, 1)), t.x);
-    return mix(upper, lower, t.y);
+    return light_at(MIRROR, place_in_map(normal, dir_view));
 }
 
 /// What white paper shows: the ball mirrors the direction of a normal where its own is halfway to the view.
 fn sphere_irradiance(normal: vec3f, dir_view: vec3f) -> vec3f {
     let between = normal + dir_view;
     let halfway = between * inverseSqrt(max(dot(between, between), MIN_SQUARED_LENGTH));
-    let at = texel_at(place_in_map(halfway, dir_view), DIFFUSE_EDGE);
-    let low = vec2i(at);
-    let t = at - vec2f(low);
-    let upper = mix(diffuse_texel(low), diffuse_texel(low + vec2i(1, 0)), t.x);
-    let lower = mix(diffuse_texel(low + vec2i(0, 1)), diffuse_texel(low + vec2i(1, 1)), t.x);
-    return mix(upper, lower, t.y);
+    return light_at(DIFFUSE, place_in_map(halfway, dir_view));
 }
