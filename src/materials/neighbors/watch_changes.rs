@@ -11,7 +11,7 @@ use crate::{
 use bevy::{
     camera::Exposure,
     ecs::{entity::EntityHashMap, system::SystemParam},
-    mesh::morph::MeshMorphWeights,
+    mesh::{MeshTag, morph::MeshMorphWeights},
     prelude::*,
     render::{
         Render, RenderApp, RenderSystems,
@@ -47,6 +47,7 @@ type ChangedMesh = Or<(
     Changed<StageRole>,
     Changed<InheritedVisibility>,
     Changed<MeshMorphWeights>,
+    Changed<MeshTag>,
     Changed<MeshMaterial3d<StandardMaterial>>,
     Changed<MeshMaterial3d<ImageBasedMaterial>>,
     Changed<MeshMaterial3d<ToonMaterial>>,
