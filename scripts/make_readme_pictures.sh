@@ -120,11 +120,13 @@ make_shadow_lab() {
     to_jpeg "$work/lab/frame_0000.png" shadow_lab
 }
 
-# Wider than the others, because it has fifteen parts; drawn larger still, for smooth lines.
+# Wider than the others, because it has eighteen parts; drawn larger still, for smooth lines.
 make_looks() {
     draw looks --headless --size 800x600 --out "$work/looks.png"
     ffmpeg -loglevel error -y -i "$work/looks.png" -vf scale=1440:-1:flags=area -c:v libwebp -quality 85 -compression_level 6 \
         "$pictures/looks.webp"
+    draw looks --compare --size 960x720 --out "$work/ball_filters.png"
+    to_jpeg "$work/ball_filters.png" ball_filters
 }
 
 mkdir -p $pictures

@@ -6,6 +6,7 @@
 //! ```
 //! `--help` lists all options.
 
+mod comparison;
 mod desk;
 mod gallery;
 mod look;
@@ -14,6 +15,7 @@ mod options;
 mod panel;
 mod presets;
 mod ramps;
+mod sheet;
 mod styles_file;
 #[path = "../support/mod.rs"]
 mod support;

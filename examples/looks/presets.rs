@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use bevy_mirrorball::prelude::*;
 
 /// Names of all looks, in the order of the gallery.
-pub(crate) const NAMES: [&str; 15] = [
+pub(crate) const NAMES: [&str; 18] = [
     "image-based",
     "engine",
     "gloss map",
@@ -24,6 +24,9 @@ pub(crate) const NAMES: [&str; 15] = [
     "ramps",
     "phong",
     "key",
+    "anime",
+    "cool to warm",
+    "two tone",
 ];
 
 /// Returns all looks with their names, in the order of the gallery.
@@ -120,6 +123,31 @@ pub(crate) fn named(name: &str) -> Option<Look> {
             outline_width: 3.0,
             ..default()
         }),
+        // As in today's anime games: a cool shadow, a warm line where it begins, light from behind.
+        "anime" => Look {
+            ramps: Ramps { diffuse: Some(Ramp::Anime), specular: None },
+            ..toon(ToonStyle {
+                key: ToonKey::StrongestRealLight,
+                rim: 0.5,
+                outline_width: 1.2,
+                outline_color: brown,
+                ..default()
+            })
+        },
+        // As of Gooch et al. (1998): shades of technical illustrations, from cool to warm.
+        "cool to warm" => Look {
+            ramps: Ramps { diffuse: Some(Ramp::CoolToWarm), specular: None },
+            ..toon(ToonStyle { key: ToonKey::StrongestRealLight, outline_width: 1.5, ..default() })
+        },
+        // As of Lake et al. (2000): light or shadow, and nothing between.
+        "two tone" => Look {
+            ramps: Ramps { diffuse: Some(Ramp::TwoTone), specular: None },
+            ..toon(ToonStyle {
+                model: ToonModel::Phong(PhongToon { specular: 0.0, ..default() }),
+                key: ToonKey::StrongestRealLight,
+                ..default()
+            })
+        },
         _ => return None,
     })
 }

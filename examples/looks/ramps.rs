@@ -19,21 +19,36 @@ pub(crate) struct Ramps {
 
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Ramp {
+    /// Cool shadows, a warm line where they begin, and light.
+    Anime,
+    /// From blue shadows to yellow light without a step that shows.
+    CoolToWarm,
     /// Black, gray and white, of which the gray is wide.
     Comic,
     /// Blue and violet shadows, light as of a low sun.
     Dusk,
     /// A thin bright ring around a dim middle, for highlights.
     Ring,
+    /// Shadow or light.
+    TwoTone,
 }
 
 impl Ramp {
     /// Colors of the steps, dark ones first. Repeated pixels make wide steps.
-    fn pixels(self) -> &'static [[u8; 3]] {
+    fn pixels(self) -> Vec<[u8; 3]> {
         match self {
-            Self::Comic => &[[110; 3], [200; 3], [200; 3], [200; 3], [255; 3]],
-            Self::Dusk => &[[70, 76, 190], [140, 120, 220], [140, 120, 220], [255, 205, 140], [255, 245, 220]],
-            Self::Ring => &[[0; 3], [0; 3], [0; 3], [255; 3], [70; 3], [70; 3]],
+            Self::Anime => {
+                let (shadow, border, light) = ([168, 150, 205], [236, 160, 150], [255, 250, 244]);
+                [vec![shadow; 7], vec![border; 1], vec![light; 12]].concat()
+            }
+            Self::CoolToWarm => {
+                let (cool, warm) = (Vec3::new(90.0, 105.0, 205.0), Vec3::new(255.0, 235.0, 165.0));
+                (0..64).map(|i| cool.lerp(warm, i as f32 / 63.0).to_array().map(|channel| channel as u8)).collect()
+            }
+            Self::Comic => vec![[110; 3], [200; 3], [200; 3], [200; 3], [255; 3]],
+            Self::Dusk => vec![[70, 76, 190], [140, 120, 220], [140, 120, 220], [255, 205, 140], [255, 245, 220]],
+            Self::Ring => vec![[0; 3], [0; 3], [0; 3], [255; 3], [70; 3], [70; 3]],
+            Self::TwoTone => [vec![[130; 3]; 2], vec![[250; 3]; 8]].concat(),
         }
     }
 

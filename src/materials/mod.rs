@@ -122,7 +122,7 @@
 //!
 //! Cost: nine lookups in the diffuse map per pixel, one evaluation of the dome's shadows and, in scenes with lamps, two
 //! loops over these, one of them with their shadow maps; two lookups and a loop more for a rim light. Outlines draw the
-//! triangles of the mesh again. On software Vulkan a frame takes three quarters of the time of the engine's shading
+//! triangles of the mesh again. On software Vulkan a frame takes two thirds of the time of the engine's shading
 //! under a static map and a dome (`benches/looks`).
 //!
 //! Limits: near a lamp the bands follow its falloff with distance and are not flat. All bands lie between two colors,

@@ -8,7 +8,7 @@ use bevy::math::{IVec2, UVec2};
 use bevy_mirrorball::camera::FramePixels;
 
 /// Number of strips of the gallery, in columns.
-const STRIPS: i32 = 15;
+const STRIPS: i32 = 18;
 const COLUMNS: i32 = 3;
 /// Size of a strip, and distances from one to the next, of a desk drawn with 160 × 120 pixels.
 const STRIP: UVec2 = UVec2::new(135, 80);
@@ -49,6 +49,48 @@ fn the_gallery_has_another_look_in_each_strip_and_the_same_desk() {
     let worst = desk.flatten().max();
     println!("looks differ in {fewest} pixels and more, the desk by {worst:?}/255");
     assert!(worst <= Some(4), "the desk differs by {worst:?}/255");
+}
+
+/// Size of the four parts of the picture that `--compare` draws of a desk of 320 × 240 pixels, in two columns and rows.
+const PART: UVec2 = UVec2::new(150, 127);
+/// Middle and radius of the ball in each part, within its outline.
+const BALL: [i32; 3] = [78, 31, 18];
+
+#[test]
+fn sphere_map_and_cube_map_look_alike_and_filters_blur_the_ball() {
+    let out = scratch("looks_filters.png");
+    if run("looks", &["--compare", "--size", "320x240", "--out", text(&out)]).is_none() {
+        return;
+    }
+    let sheet = open(&out);
+    let cell = (sheet.size - 2) / 2;
+    assert!(cell.cmpge(PART).all(), "{cell}");
+    let pixel = |part: u32, x: i32, y: i32| {
+        let corner = (UVec2::new(part % 2, part / 2) * cell + UVec2::new(2, 2 + cell.y - 2 - PART.y)).as_ivec2();
+        sheet.rgb8(corner.x + x, corner.y + y).map(i32::from)
+    };
+    let [x, y, radius] = BALL;
+    let ball =
+        |part: u32| (-radius..radius).flat_map(move |dy| (-radius..radius).map(move |dx| (part, x + dx, y + dy)));
+    // Detail: what a pixel differs from the mean of its neighbors on both sides by.
+    let detail = |part: u32| -> i32 {
+        let [left, middle, right] = [-1, 0, 1].map(|step| move |(part, x, y)| pixel(part, x + step, y)[1]);
+        ball(part).map(|at| (2 * middle(at) - left(at) - right(at)).abs()).sum()
+    };
+    let details = [0, 1, 2, 3].map(detail);
+    let teapot = |part: u32| {
+        let places = (60..110).flat_map(|y| (20..80).map(move |x| (x, y)));
+        places.map(|(x, y)| pixel(part, x, y).iter().sum::<i32>()).sum::<i32>() as f32 / (50 * 60 * 3) as f32
+    };
+    let brightness = [0, 1, 2, 3].map(teapot);
+    println!("detail of the balls {details:?}, brightness of the teapots {brightness:?}");
+    assert_eq!(details[0], details[1], "both show the real ball");
+    assert!(details[2..].iter().all(|filtered| 2 * filtered < details[0]), "{details:?}");
+    // Maps and filters differ in detail, not in how bright things are.
+    assert!((brightness[0] - brightness[1]).abs() < 12.0 && (brightness[2] - brightness[3]).abs() < 20.0);
+    let [one, two] = [0, 1].map(|part| places(PART).map(move |(x, y)| (part, x, y)));
+    let differing = one.zip(two).filter(|(one, two)| pixel(one.0, one.1, one.2) != pixel(two.0, two.1, two.2)).count();
+    assert!(differing > 500, "{differing} pixels differ between sphere map and cube map");
 }
 
 /// Every kind of style, and values that are no defaults. What is left out has its default.
@@ -129,6 +171,7 @@ fn wrong_files_and_options_are_answered_with_what_to_do() {
     is_refused(&["--styles", "nowhere.ron"], &["nowhere.ron", "--save"]);
     is_refused(&["--style", "crayon"], &["crayon", "image-based", "ink"]);
     is_refused(&["--style", "ink", "--styles", "a.ron"], &["--style", "--styles"]);
+    is_refused(&["--style", "ink", "--compare"], &["--style", "--compare"]);
     is_refused(&["--size", "640"], &["WIDTHxHEIGHT", "640"]);
 }
 

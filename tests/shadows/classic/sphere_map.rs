@@ -6,7 +6,7 @@ use bevy::{camera::RenderTarget, prelude::*};
 use bevy_mirrorball::{camera::FramePixels, prelude::*};
 
 /// Texels of 32 and 16 across, interpolated, and rounding to 8 bits of frame and picture.
-const TOLERANCE: f32 = 0.03;
+const TOLERANCE: f32 = 0.015;
 const FRAME_SIZE: UVec2 = UVec2::splat(384);
 /// Focal length in pixels of the frame.
 const FOCAL: f32 = 320.0;
