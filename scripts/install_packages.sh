@@ -3,6 +3,7 @@
 # Run it, or source it and call install_packages. Arguments ask for more:
 #   webcam    building the feature `webcam`
 #   window    opening windows, where there is a display
+#   audio     building the feature `audio`
 
 # Prints the driver file of lavapipe, Mesa's software Vulkan. Fails if there is none.
 software_vulkan() {
@@ -88,6 +89,8 @@ missing_packages() {
         case $wish in
         # the camera's system header is read with it
         webcam) if ! has_libclang; then echo libclang1; fi ;;
+        # Bevy's sound is built on ALSA
+        audio) if ! pkg-config --exists alsa 2>/dev/null; then echo libasound2-dev; fi ;;
         # loaded by name when a window is opened; a desktop has them
         window)
             if [ -z "${DISPLAY:-}" ]; then continue; fi
@@ -103,15 +106,15 @@ missing_packages() {
 
 # For systems that this script does not install on.
 say_what_is_needed() {
-    echo "Needed: a C compiler, pkg-config, the Vulkan loader and Mesa's software Vulkan driver (lavapipe); for webcams libclang."
+    echo "Needed: a C compiler, pkg-config, the Vulkan loader and Mesa's software Vulkan driver (lavapipe); for webcams libclang, for sound ALSA."
     if [ "$(uname -s)" = Darwin ]; then
         echo "  macOS:  xcode-select --install    (graphics come with the system)"
     elif command -v dnf >/dev/null; then
-        echo "  Fedora: sudo dnf install gcc pkgconf-pkg-config vulkan-loader mesa-vulkan-drivers clang-libs"
+        echo "  Fedora: sudo dnf install gcc pkgconf-pkg-config vulkan-loader mesa-vulkan-drivers clang-libs alsa-lib-devel"
     elif command -v pacman >/dev/null; then
-        echo "  Arch:   sudo pacman -S --needed gcc pkgconf vulkan-icd-loader vulkan-swrast clang"
+        echo "  Arch:   sudo pacman -S --needed gcc pkgconf vulkan-icd-loader vulkan-swrast clang alsa-lib"
     elif command -v apt-get >/dev/null; then
-        echo "  Debian, Ubuntu: apt-get install gcc libc6-dev pkg-config libvulkan1 mesa-vulkan-drivers libclang-dev    (as root)"
+        echo "  Debian, Ubuntu: apt-get install gcc libc6-dev pkg-config libvulkan1 mesa-vulkan-drivers libclang-dev libasound2-dev    (as root)"
     fi
 }
 

@@ -13,7 +13,7 @@ readonly all=(two_markers dance_stage panel minimal toon no_ball real_light_even
     live_environment shadow_lab looks)
 # Width of pictures in the gallery; quality of JPEGs in ffmpeg's scale, on which 2 is best.
 readonly width=640 quality=4
-# The moving picture: one round of the recorded desk, which ends where it begins.
+# The moving picture: one round of the recorded desk, on which the game plays itself.
 readonly moving_size=480x270 moving_frames=60 moving_rate=15
 
 for tool in ffmpeg python3; do
@@ -64,7 +64,7 @@ make_two_markers() {
 }
 
 make_dance_stage() {
-    draw dance_stage --headless --frames $moving_frames --size $moving_size --toon "dancer,mirror ball" --out "$work/dance"
+    draw dance_stage --headless --frames $moving_frames --size $moving_size --demo --toon "dancer,mirror ball" --out "$work/dance"
     # an animated WebP: a tenth of a GIF's size, and without its 256 colors
     ffmpeg -loglevel error -y -framerate $moving_rate -i "$work/dance/frame_%04d.png" -c:v libwebp_anim -quality 70 \
         -compression_level 4 -loop 0 "$pictures/dance_stage.webp"

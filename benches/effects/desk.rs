@@ -69,6 +69,16 @@ pub(crate) struct Desk {
     pub(crate) app: App,
 }
 
+fn spawn_dancer(
+    mut commands: Commands,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    let mut dancer = stage::thing(&mut commands, stage::THINGS[0], Vec3::Y * stage::FLOOR);
+    dancer.insert(dancer::Dancer);
+    dancer::spawn(&mut dancer, &mut meshes, &mut materials);
+}
+
 impl Desk {
     pub(crate) fn new(case: Case, effect: Option<Effect>) -> Outcome<Self> {
         let has = |one: Effect| effect.is_some_and(|effect| effect == one || effect == Effect::All);
@@ -76,7 +86,7 @@ impl Desk {
             app.add_plugins(MirrorballPlugins)
                 .insert_resource(TimeUpdateStrategy::ManualDuration(STEP))
                 .insert_resource(dancer::Dance { is_held: true, ..default() })
-                .add_systems(Startup, stage::spawn)
+                .add_systems(Startup, (spawn_dancer, stage::spawn).chain())
                 .add_systems(Update, (dancer::keep_the_beat, dancer::dance).chain());
             if !has(Effect::Neighbors) {
                 app.insert_resource(NeighborReflections { max_probes: 0, ..default() });

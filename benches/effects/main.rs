@@ -14,7 +14,6 @@
 //! `--cases still,dance` and `--effects bounce,all` choose some, `--blocks N` is the number of blocks for each.
 
 mod desk;
-#[path = "../../examples/dance_stage/dancer.rs"]
 mod dancer;
 #[path = "../../examples/dance_stage/stage.rs"]
 #[expect(dead_code, reason = "the example needs more of it")]

@@ -1,18 +1,22 @@
-//! The stage rendered to files, one image per frame of the feed.
+//! The stage rendered to files, one image per frame of the feed, or per step of the dance in a place without one.
 
 use crate::{
     Outcome, Show, asset_plugin,
     dancer::Dance,
+    game::Screen,
     options::Options,
+    result_file,
     support::{fits_device, headless_log, loading_error, rgb_image},
+    view::View,
 };
 use bevy::{
-    diagnostic::DiagnosticsStore, prelude::*, render::diagnostic::RenderDiagnosticsPlugin, time::TimeUpdateStrategy,
+    animation::AnimationPlugin, diagnostic::DiagnosticsStore, prelude::*, render::diagnostic::RenderDiagnosticsPlugin,
+    sprite::SpritePlugin, sprite_render::SpriteRenderPlugin, state::app::StatesPlugin, text::TextPlugin,
+    time::TimeUpdateStrategy, ui::UiPlugin, ui_render::UiRenderPlugin,
 };
 use bevy_mirrorball::{
-    camera::{FeedState, FeedStatistics},
+    camera::FeedStatistics,
     debug::{CheckLevel, Checklist},
-    environment_map::EnvironmentCube,
     headless,
     prelude::*,
     probe::ProbeMeasurement,
@@ -39,25 +43,43 @@ const EMPTY_CELL: Rgb<u8> = Rgb([32; 3]);
 pub(crate) fn run(options: &Options) -> Outcome<()> {
     std::fs::create_dir_all(&options.out)
         .map_err(|error| format!("cannot make the folder {}: {error}", options.out.display()))?;
-    let (feed, size) = options.camera_feed()?;
-    let feed = feed.with_pace(FeedPace::Lockstep);
+    let view = View::open(options, FeedPace::Lockstep)?;
     let plugins = headless::default_plugins().set(asset_plugin(options)?);
+    let mut show = Show::open(options)?;
+    // Pictures show the arrows at once.
+    show.choice.lead_in = 1.0;
+    show.choice.plays_intro = false;
+    let mut scene = Handle::default();
     let mut app = headless::build_app(plugins, |app| {
         app.add_plugins((headless_log(), RenderDiagnosticsPlugin, MirrorballPlugins));
+        // What the figure and the game need beside what pictures do.
+        app.add_plugins((
+            AnimationPlugin,
+            StatesPlugin,
+            SpritePlugin,
+            SpriteRenderPlugin,
+            TextPlugin,
+            UiPlugin,
+            UiRenderPlugin,
+        ));
+        scene = show.build(app);
     })?;
-    let intrinsics = options.intrinsics(size);
-    let size = options.size.unwrap_or(size);
+    let size = options.size.unwrap_or(view.size());
     fits_device(&app, size)?;
     let (picture, target) = headless::add_target(&mut app, size);
-    let show = Show::add(&mut app, options)?;
-    wait_for_scene(&mut app, &show, options)?;
-    let ar_camera = ArCamera { intrinsics, ..default() };
-    let camera = app.world_mut().spawn((ar_camera, target, feed.clone())).id();
-    warm_up(&mut app)?;
+    wait_for_scene(&mut app, &scene, &view, options)?;
+    let camera = view.spawn_camera(app.world_mut());
+    app.world_mut().entity_mut(camera).insert(target);
+    // The title is a window's.
+    app.world_mut().resource_mut::<NextState<Screen>>().set(Screen::Rehearsal);
+    warm_up(&mut app, &view)?;
 
     // The recording starts with the first frame of the feed and the first beat.
     app.insert_resource(TimeUpdateStrategy::ManualDuration(STEP)).insert_resource(Dance::default());
-    app.world_mut().entity_mut(camera).insert(feed);
+    if options.choice.is_demo {
+        app.world_mut().resource_mut::<NextState<Screen>>().set(Screen::Dance);
+    }
+    view.restart(app.world_mut(), camera);
     let mut sheet = ContactSheet::new(size, options.frames);
     let mut lines = Vec::new();
     let mut failure = None;
@@ -80,59 +102,50 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
         return Err(error);
     }
     sheet.save(&options.out.join("contact_sheet.png"))?;
+    if let Some(file) = &options.result {
+        result_file::write(&mut app, file)?;
+    }
     let path = options.out.join("report.json");
     let report = json!({ "frames": lines, "seconds": seconds, "milliseconds": timings(&app) });
     std::fs::write(&path, serde_json::to_string_pretty(&report)?)
         .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     println!("dance_stage: {} pictures in {seconds:.1} s, see {}", options.frames, options.out.display());
-    print_checklist(&mut app)
+    match view {
+        View::Desk { .. } => print_checklist(&mut app),
+        // The checklist is that of a camera.
+        View::Place(_) => Ok(()),
+    }
 }
 
-fn wait_for_scene(app: &mut App, show: &Show, options: &Options) -> Outcome<()> {
+fn wait_for_scene(app: &mut App, scene: &Handle<WorldAsset>, view: &View, options: &Options) -> Outcome<()> {
     let assets = app.world().resource::<AssetServer>().clone();
     let file = options.scene_file();
     let started = Instant::now();
     while started.elapsed() < MAX_WAIT {
         headless::update(app)?;
-        if let Some(error) = loading_error(&assets, &show.scene, &file) {
+        if let Some(error) = loading_error(&assets, scene, &file) {
             return Err(error.into());
         }
-        let world = app.world_mut();
-        let has_spawned = world.query::<&MarkerAnchor>().iter(world).next().is_some();
-        if has_spawned && assets.is_loaded_with_dependencies(&show.scene) {
+        if view.has_scene(app.world_mut()) && assets.is_loaded_with_dependencies(scene) {
             return Ok(());
         }
         std::thread::sleep(Duration::from_millis(1));
     }
-    Err(format!("{} did not load in time, or no node of it has the extras MarkerAnchor", file.display()).into())
+    Err(format!("{} did not load in time, or {}", file.display(), view.lack()).into())
 }
 
-/// Updates until a frame and, if its ball is visible, its light have arrived. Shaders load in the background.
-fn warm_up(app: &mut App) -> Outcome<()> {
+/// Updates until there is a picture and its light. Shaders load in the background.
+fn warm_up(app: &mut App, view: &View) -> Outcome<()> {
     let started = Instant::now();
     while started.elapsed() < MAX_WAIT {
         headless::update(app)?;
-        let world = app.world_mut();
-        let state = world.query::<&FeedState>().iter(world).next().cloned().unwrap_or_default();
-        if let FeedState::Failed(reason) = state {
-            return Err(reason.into());
-        }
-        if world.query::<&CameraFrame>().iter(world).next().is_none() {
-            std::thread::sleep(Duration::from_millis(5));
-            continue;
-        }
-        let sees_ball = world.query::<&ProbeMeasurement>().iter(world).any(|probe| probe.is_in_view);
-        let cube = world.query::<&EnvironmentCube>().iter(world).next().map(|cube| cube.0.clone());
-        let is_lit = match cube {
-            Some(cube) if sees_ball => headless::read_texture(app, &cube)?.iter().any(|byte| *byte != 0),
-            _ => true,
-        };
-        if is_lit {
+        if view.is_lit(app)? {
             for _ in 0..WARM_UP_FRAMES {
                 headless::update(app)?;
             }
             return Ok(());
         }
+        std::thread::sleep(Duration::from_millis(5));
     }
     Err("no picture arrived, or it gave no light".into())
 }
@@ -142,6 +155,9 @@ fn report_line(app: &mut App, frame: u32) -> Value {
     let tracking = world.query::<&MarkerTracking>().iter(world).next().cloned().unwrap_or_default();
     let probe = world.query::<&ProbeMeasurement>().iter(world).next().cloned().unwrap_or_default();
     let statistics = world.query::<&FeedStatistics>().iter(world).next().cloned().unwrap_or_default();
+    if world.query::<&ArCamera>().iter(world).next().is_none() {
+        return json!({ "frame": frame, "memory_mib": resident_memory() });
+    }
     let rows = tracking
         .camera_from_marker
         .map(|pose| Mat4::from(bevy::math::Affine3A::from(pose)).transpose().to_cols_array());

@@ -1,6 +1,9 @@
 //! The command line.
 
 use crate::{
+    game::Choice,
+    places::Place,
+    song::Difficulty,
     stage::THINGS,
     support::{asset_path, parse_intrinsics, parse_size},
 };
@@ -12,44 +15,24 @@ use bevy_mirrorball::{
 use lexopt::prelude::{Long, Short, ValueExt};
 use std::path::PathBuf;
 
-pub(crate) const USAGE: &str = "\
-A dancer on a real desk, lit by the room that a mirrored ball shows.
-
-usage: dance_stage [OPTIONS]
-
-  --feed clip:DIR          a folder of pictures with a sidecar clip.json; repeated for ever
-                           (default: the recorded desk in assets/desk_clip)
-         image:FILE        one picture
-         device:N          webcam number N (needs the feature `webcam`)
-  --intrinsics FX,FY,CX,CY the camera's focal lengths and principal point in pixels of its pictures
-  --calibration FILE       or what the example `calibrate` has measured, or YAML of OpenCV or ROS, with the distortion
-  --fov DEG                or its horizontal field of view, if it was never calibrated
-                           (default: what the clip's sidecar says, else 60)
-  --set FILE               a glTF file whose node extras say where marker, ball and real things are; the stage stands on
-                           the marker (default: assets/desk/set.glb for the recorded desk, else
-                           assets/desk/bare_set.glb, which has nothing but marker and ball)
-  --scene FILE             the same with virtual things of its own, instead of set and stage
-  --toon THING[,THING…]    what starts as toon: dancer, floor, rim, left loudspeaker, right loudspeaker, mirror ball,
-                           or all
-  --headless               draw to files instead of a window; chosen by itself where there is no display
-  --frames N               pictures to draw then (default 60)
-  --size WIDTHxHEIGHT      their size in pixels (default: that of the feed's pictures)
-  --out DIR                folder for them, frame_0000.png and so on, a contact sheet and report.json
-                           (default dance_stage_out)
-
-Keys: 1 to 9 switch one thing between toon and image-based, T all of them, Tab the panel, Space holds the dance,
-Esc ends.";
-
 /// Size requested from a webcam. Intrinsics refer to this size.
 const DEVICE_SIZE: UVec2 = UVec2::new(640, 480);
 
 /// Largest size of an image in pixels, which all graphics devices support.
 const MAX_SIZE: u32 = 8192;
 
-pub(crate) enum Feed {
+enum Feed {
     Clip(PathBuf),
     Image(PathBuf),
     Device(u32),
+}
+
+/// What is danced to.
+pub(crate) enum SongFile {
+    /// A StepMania file.
+    Steps(PathBuf),
+    /// Music, to which arrows are set.
+    Music(PathBuf),
 }
 
 enum Lens {
@@ -59,13 +42,22 @@ enum Lens {
 }
 
 pub(crate) struct Options {
-    pub feed: Feed,
+    feed: Option<Feed>,
+    /// Where the dancer is if there is no camera.
+    pub place: Option<Place>,
     lens: Option<Lens>,
     set: Option<PathBuf>,
     pub scene: Option<PathBuf>,
     /// Names of the objects that start as toon.
     pub toons: Vec<&'static str>,
+    pub song: SongFile,
+    /// StepMania file to write.
+    pub save_song: Option<PathBuf>,
+    pub choice: Choice,
+    /// The glTF file of the dancer.
+    pub dancer: PathBuf,
     pub is_headless: bool,
+    pub result: Option<PathBuf>,
     pub frames: u32,
     pub size: Option<UVec2>,
     pub out: PathBuf,
@@ -76,19 +68,25 @@ impl Options {
     pub(crate) fn from_command_line() -> Result<Option<Self>, lexopt::Error> {
         let mut parser = lexopt::Parser::from_env();
         let mut options = Self {
-            feed: Feed::Clip(asset_path("desk_clip")),
+            feed: None,
+            place: None,
             lens: None,
             set: None,
             scene: None,
             toons: Vec::new(),
+            song: SongFile::Steps(asset_path("music/vibe_ace.sm")),
+            save_song: None,
+            choice: Choice::default(),
+            dancer: asset_path("models/dancer.glb"),
             is_headless: false,
+            result: None,
             frames: 60,
             size: None,
             out: "dance_stage_out".into(),
         };
         while let Some(argument) = parser.next()? {
             match argument {
-                Long("feed") => options.feed = parser.value()?.parse_with(parse_feed)?,
+                Long("feed") => options.feed = Some(parser.value()?.parse_with(parse_feed)?),
                 Long("intrinsics") => {
                     options.lens = Some(Lens::Intrinsics(parser.value()?.parse_with(parse_intrinsics)?));
                 }
@@ -99,6 +97,17 @@ impl Options {
                 Long("set") => options.set = Some(parser.value()?.into()),
                 Long("scene") => options.scene = Some(parser.value()?.into()),
                 Long("toon") => options.toons = parser.value()?.parse_with(parse_toons)?,
+                Long("solo") => options.place = options.place.or(Some(Place::Stonehenge)),
+                Long("place") => options.place = Some(parser.value()?.parse_with(parse_place)?),
+                Long("song") => options.song = SongFile::Steps(parser.value()?.into()),
+                Long("music") => options.song = SongFile::Music(parser.value()?.into()),
+                Long("save-song") => options.save_song = Some(parser.value()?.into()),
+                Long("difficulty") => options.choice.difficulty = parser.value()?.parse_with(parse_difficulty)?,
+                Long("players") => options.choice.players = parser.value()?.parse_with(parse_players)?,
+                Long("dancer") => options.dancer = parser.value()?.into(),
+                Long("demo") => options.choice.is_demo = true,
+                Long("seed") => options.choice.seed = parser.value()?.parse()?,
+                Long("result") => options.result = Some(parser.value()?.into()),
                 Long("headless") => options.is_headless = true,
                 Long("frames") => options.frames = parser.value()?.parse_with(parse_frames)?,
                 Long("size") => options.size = Some(parser.value()?.parse_with(parse_image_size)?),
@@ -110,12 +119,43 @@ impl Options {
         if options.scene.is_some() && (options.set.is_some() || !options.toons.is_empty()) {
             return Err("--scene is shown without set and stage; leave out --set and --toon, or --scene".into());
         }
+        options.refuse_camera_of_solo()?;
+        if options.result.is_some() && !(options.is_headless && options.choice.is_demo) {
+            return Err(
+                "--result is what a demo without a window reaches; add --headless --demo, or leave it out".into()
+            );
+        }
         Ok(Some(options))
     }
 
-    /// The glTF file with the places of the real objects.
+    /// A place has no feed yet, and no room that could light it.
+    fn refuse_camera_of_solo(&self) -> Result<(), lexopt::Error> {
+        let of_camera = [
+            ("--feed", self.feed.is_some()),
+            ("--intrinsics, --calibration and --fov", self.lens.is_some()),
+            ("--set", self.set.is_some()),
+            ("--scene", self.scene.is_some()),
+        ];
+        match of_camera.into_iter().find(|(_, is_given)| *is_given && self.place.is_some()) {
+            Some((option, _)) => Err(format!(
+                "--solo and --place are without a camera: a place has no feed, marker or room; leave out {option}, or \
+                 --solo and --place"
+            )
+            .into()),
+            None => Ok(()),
+        }
+    }
+
+    /// The glTF file of the place, or with the places of the real objects.
     pub(crate) fn scene_file(&self) -> PathBuf {
-        let is_recorded_desk = matches!(&self.feed, Feed::Clip(folder) if *folder == asset_path("desk_clip"));
+        if let Some(place) = self.place {
+            return place.file();
+        }
+        let is_recorded_desk = match &self.feed {
+            None => true,
+            Some(Feed::Clip(folder)) => *folder == asset_path("desk_clip"),
+            Some(_) => false,
+        };
         let set = if is_recorded_desk { "desk/set.glb" } else { "desk/bare_set.glb" };
         self.scene.as_ref().or(self.set.as_ref()).cloned().unwrap_or_else(|| asset_path(set))
     }
@@ -123,7 +163,8 @@ impl Options {
     /// Returns the feed and the size of its frames. Checks that the feed exists and that a calibration is for its
     /// frames, but opens nothing that could take long.
     pub(crate) fn camera_feed(&self) -> Result<(CameraFeed, UVec2), Box<dyn std::error::Error>> {
-        let (feed, size) = match &self.feed {
+        let recorded_desk = Feed::Clip(asset_path("desk_clip"));
+        let (feed, size) = match self.feed.as_ref().unwrap_or(&recorded_desk) {
             Feed::Clip(folder) => (CameraFeed::clip(folder), Clip::open(folder)?.size),
             Feed::Image(path) => {
                 let (width, height) = image::image_dimensions(path)
@@ -182,12 +223,31 @@ fn parse_fov(text: &str) -> Result<f32, String> {
 }
 
 fn parse_toons(text: &str) -> Result<Vec<&'static str>, String> {
+    let things = [&THINGS[..], &Place::ALL.map(Place::name)].concat();
     if text == "all" {
-        return Ok(THINGS.to_vec());
+        return Ok(things);
     }
-    let find = |name: &str| THINGS.into_iter().find(|thing| *thing == name);
-    let unknown = |name| format!("--toon takes all, or some of {}, with commas between, not {name}", THINGS.join(", "));
+    let find = |name: &str| things.iter().copied().find(|thing| *thing == name);
+    let unknown = |name| format!("--toon takes all, or some of {}, with commas between, not {name}", things.join(", "));
     text.split(',').map(|name| find(name.trim()).ok_or_else(|| unknown(name))).collect()
+}
+
+fn parse_place(text: &str) -> Result<Place, String> {
+    let find = Place::ALL.into_iter().find(|place| place.name() == text);
+    find.ok_or_else(|| format!("--place takes {}, not {text}", Place::ALL.map(Place::name).join(" or ")))
+}
+
+fn parse_difficulty(text: &str) -> Result<Difficulty, String> {
+    let find = Difficulty::ALL.into_iter().find(|difficulty| difficulty.name().eq_ignore_ascii_case(text));
+    find.ok_or_else(|| format!("--difficulty takes easy, medium or hard, not {text}"))
+}
+
+fn parse_players(text: &str) -> Result<usize, String> {
+    match text {
+        "1" => Ok(1),
+        "2" => Ok(2),
+        _ => Err(format!("--players takes 1 or 2, not {text}")),
+    }
 }
 
 fn parse_frames(text: &str) -> Result<u32, String> {

@@ -1,11 +1,10 @@
 //! The virtual stage on the marker, and the keys that switch the style of its objects.
 
-use crate::dancer::{self, Dance, Dancer};
 use bevy::prelude::*;
 use bevy_mirrorball::prelude::*;
 
 /// Height of the dance floor in meters.
-const FLOOR: f32 = 0.012;
+pub(crate) const FLOOR: f32 = 0.012;
 
 /// Names of the objects that can be switched, in the order in which they are spawned.
 pub(crate) const THINGS: [&str; 6] = ["dancer", "floor", "rim", "left loudspeaker", "right loudspeaker", "mirror ball"];
@@ -14,18 +13,14 @@ pub(crate) const THINGS: [&str; 6] = ["dancer", "floor", "rim", "left loudspeake
 #[derive(Resource)]
 pub(crate) struct StartAsToon(pub Vec<&'static str>);
 
-/// Spawns dancer, floor, loudspeakers and a mirror ball on a stand. The world's frame of reference is that of the
+/// Spawns floor, loudspeakers and a mirror ball on a stand. The world's frame of reference is that of the
 /// marker; the audience sits at −Z.
 pub(crate) fn spawn(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    let [dancer, floor, rim, left_speaker, right_speaker, mirror_ball] = THINGS;
-    let mut dancer = thing(&mut commands, dancer, Vec3::Y * FLOOR);
-    dancer.insert(Dancer);
-    dancer::spawn(&mut dancer, &mut meshes, &mut materials);
-
+    let [_, floor, rim, left_speaker, right_speaker, mirror_ball] = THINGS;
     let mut paint = |color: Color, metallic: f32, perceptual_roughness: f32| {
         materials.add(StandardMaterial { base_color: color, metallic, perceptual_roughness, ..default() })
     };
@@ -60,7 +55,7 @@ pub(crate) fn spawn(
 }
 
 /// Spawns a named object whose style can be switched.
-fn thing<'a>(commands: &'a mut Commands, name: &'static str, at: Vec3) -> EntityCommands<'a> {
+pub(crate) fn thing<'a>(commands: &'a mut Commands, name: &'static str, at: Vec3) -> EntityCommands<'a> {
     let place = Transform::from_translation(at);
     commands.spawn((Name::new(name), SurfaceStyle::ImageBased, place, Visibility::default()))
 }
@@ -98,11 +93,5 @@ pub(crate) fn switch_styles(keys: Res<ButtonInput<KeyCode>>, mut styles: Query<(
         if keys.just_pressed(key) {
             **style = if **style == toon() { SurfaceStyle::ImageBased } else { toon() };
         }
-    }
-}
-
-pub(crate) fn hold_the_dance(keys: Res<ButtonInput<KeyCode>>, mut dance: ResMut<Dance>) {
-    if keys.just_pressed(KeyCode::Space) {
-        dance.is_held = !dance.is_held;
     }
 }

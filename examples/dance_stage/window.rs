@@ -1,11 +1,22 @@
 //! The stage in a window, with the measuring panel beside the camera image.
 
-use crate::{Outcome, Show, asset_plugin, options::Options, stage, support::window_log};
+#[cfg(feature = "audio")]
+use crate::game::MusicPlugin;
+use crate::{
+    Outcome, Show, asset_plugin,
+    dancer::Dance,
+    game::{ControlsPlugin, Screen},
+    options::Options,
+    stage,
+    support::window_log,
+    view::View,
+};
 use bevy::{
     camera::{CameraOutputMode, Viewport, visibility::RenderLayers},
     diagnostic::FrameTimeDiagnosticsPlugin,
     prelude::*,
     render::{diagnostic::RenderDiagnosticsPlugin, render_resource::BlendState},
+    ui::IsDefaultUiCamera,
     window::{PrimaryWindow, WindowResolution},
 };
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
@@ -21,16 +32,16 @@ use bevy_picking::{
 };
 use std::num::NonZeroU32;
 
-const TITLE: &str =
-    "dance stage · 1…6 and T: toon or image-based · click: all settings · Tab: panel · Space: hold · Esc: end";
+const TITLE: &str = "dance stage";
 
 pub(crate) fn run(options: &Options) -> Outcome<()> {
-    let (feed, size) = options.camera_feed()?;
-    let camera = (ArCamera { intrinsics: options.intrinsics(size), ..default() }, feed);
-    let panel = MirrorballPanel::default();
+    let view = View::open(options, FeedPace::Live)?;
+    let size = options.size.unwrap_or(view.size());
+    // It is about cameras.
+    let panel = MirrorballPanel { is_open: options.place.is_none(), ..default() };
     let window = Window {
         title: TITLE.to_owned(),
-        resolution: WindowResolution::new(size.x + panel.width as u32, size.y),
+        resolution: WindowResolution::new(size.x + if panel.is_open { panel.width as u32 } else { 0 }, size.y),
         // Lowest latency: no frames wait for the display.
         desired_maximum_frame_latency: NonZeroU32::new(1),
         ..default()
@@ -45,19 +56,27 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
         RenderDiagnosticsPlugin,
         MirrorballPlugins,
         MirrorballPanelPlugin,
+        ControlsPlugin,
     ))
+    .insert_resource(panel)
     .insert_resource(ClearColor(Color::srgb(0.11, 0.11, 0.12)))
     .add_plugins((DefaultPickingPlugins, MeshPickingPlugin))
     .add_observer(select)
     .add_systems(Startup, spawn_panel_camera)
-    .add_systems(Update, (stage::switch_styles, stage::hold_the_dance, open_panel, end))
+    .add_systems(Update, (stage::switch_styles, hold_the_dance.run_if(not(in_state(Screen::Dance))), open_panel))
     .add_systems(PreUpdate, leave_room_for_panel);
+    #[cfg(feature = "audio")]
+    app.add_plugins(MusicPlugin);
     // What is switched fades over.
     app.register_required_components_with::<SurfaceStyle, _>(|| StyleFade { seconds: 0.3 });
     // Otherwise the panel would be drawn over the image of the first camera.
     app.world_mut().resource_mut::<EguiGlobalSettings>().auto_create_primary_context = false;
-    app.world_mut().spawn(camera);
-    Show::add(&mut app, options)?;
+    // The game is shown over the camera's picture, beside the panel.
+    view.spawn_camera(app.world_mut());
+    Show::open(options)?.build(&mut app);
+    if options.choice.is_demo {
+        app.world_mut().resource_mut::<NextState<Screen>>().set(Screen::Dance);
+    }
     match app.run() {
         AppExit::Success => Ok(()),
         AppExit::Error(code) => Err(format!("ended with code {code}").into()),
@@ -76,11 +95,11 @@ fn spawn_panel_camera(mut commands: Commands) {
     ));
 }
 
-/// Fits the viewport of the AR camera beside the panel.
+/// Fits the viewport of the camera beside the panel.
 fn leave_room_for_panel(
     panel: Res<MirrorballPanel>,
     windows: Query<&Window, With<PrimaryWindow>>,
-    mut cameras: Query<&mut Camera, With<ArCamera>>,
+    mut cameras: Query<&mut Camera, With<IsDefaultUiCamera>>,
 ) {
     let Ok(window) = windows.single() else {
         return;
@@ -111,8 +130,8 @@ fn open_panel(keys: Res<ButtonInput<KeyCode>>, mut panel: ResMut<MirrorballPanel
     }
 }
 
-fn end(keys: Res<ButtonInput<KeyCode>>, mut exit: MessageWriter<AppExit>) {
-    if keys.just_pressed(KeyCode::Escape) {
-        exit.write(AppExit::Success);
+fn hold_the_dance(keys: Res<ButtonInput<KeyCode>>, mut dance: ResMut<Dance>) {
+    if keys.just_pressed(KeyCode::Space) {
+        dance.is_held = !dance.is_held;
     }
 }

@@ -69,6 +69,44 @@ fn two_loops_of_the_clip_are_drawn_without_trouble_or_growing_memory() {
     assert_eq!(sheet.size, UVec2::new(10 * 160, 12 * 120));
 }
 
+/// Pictures of a demo, in which two arrows are due with the first of them at the latest.
+const DEMO: usize = 20;
+
+#[test]
+fn a_demo_shows_arrows_and_two_runs_reach_the_same() {
+    let mut results = Vec::new();
+    for (name, players) in [("dance_demo_a", "2"), ("dance_demo_b", "2"), ("dance_demo_alone", "1")] {
+        let (out, result) = (scratch(name), scratch(&format!("{name}.json")));
+        let (folder, result) = (out.to_string_lossy(), result.to_string_lossy().into_owned());
+        let (frames, size) = (DEMO.to_string(), format!("{}x{}", SIZE.x, SIZE.y));
+        let arguments =
+            ["--headless", "--demo", "--players", players, "--frames", &frames, "--size", &size, "--out", &folder];
+        let Some(output) = built_example::run("dance_stage", &[&arguments[..], &["--result", &result]].concat()) else {
+            return;
+        };
+        let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success() && !TROUBLE.iter().any(|word| said.contains(word)), "{said}");
+        results.push(std::fs::read_to_string(result).expect("written"));
+        // Red arrows of quarters rise in the lanes on the left; nothing on the desk there is that red.
+        let red = |i: usize| {
+            let picture = FramePixels::open(out.join(format!("frame_{i:04}.png"))).expect("written");
+            let lanes = (0..SIZE.y as i32).flat_map(|y| (0..SIZE.x as i32 / 3).map(move |x| (x, y)));
+            lanes.map(|(x, y)| picture.rgb8(x, y)).filter(|[r, g, b]| *r > 200 && *g < 110 && *b < 110).count()
+        };
+        let reds = [red(6), red(DEMO - 1)];
+        println!("{name}: {reds:?} red pixels");
+        assert!(reds.iter().all(|count| *count > 3), "{reds:?}");
+    }
+    assert_eq!(results[0], results[1]);
+    let result: Value = serde_json::from_str(&results[0]).expect("is JSON");
+    let players = result["players"].as_array().expect("a line for each player");
+    assert_eq!(players.len(), 2);
+    for player in players {
+        assert_eq!((&player["dropped"], &player["hits"]["miss"]), (&Value::from(0), &Value::from(0)));
+        assert!(player["judged"].as_u64() >= Some(1), "the first arrow falls: {player}");
+    }
+}
+
 #[test]
 fn bad_input_is_answered_with_what_to_do() {
     let wide = scratch("wide_calibration.json");
@@ -76,7 +114,7 @@ fn bad_input_is_answered_with_what_to_do() {
         r#"{"image": [1280, 720], "intrinsics": {"fx": 900, "fy": 900, "cx": 640, "cy": 360, "k1": -0.1}}"#;
     std::fs::write(&wide, intrinsics).expect("written");
     let wide = wide.to_string_lossy();
-    let cases: [(&[&str], &[&str]); 13] = [
+    let cases: [(&[&str], &[&str]); 19] = [
         (&["--calibration", "nowhere.yml"], &["nowhere.yml"]),
         (&["--calibration", &wide], &["--calibration", "1280 × 720", "640 × 480"]),
         (&["--feed", "tape:1"], &["clip:DIR", "tape:1"]),
@@ -90,6 +128,12 @@ fn bad_input_is_answered_with_what_to_do() {
         (&["--scene", "nothing.glb"], &["nothing.glb"]),
         (&["--set", "nothing.glb"], &["nothing.glb"]),
         (&["--set", "a.glb", "--scene", "b.glb"], &["--set", "--scene"]),
+        (&["--song", "nothing.sm"], &["nothing.sm"]),
+        (&["--music", "nothing.ogg"], &["nothing.ogg"]),
+        (&["--dancer", "nothing.glb"], &["nothing.glb"]),
+        (&["--difficulty", "mad"], &["mad", "easy, medium or hard"]),
+        (&["--players", "3"], &["--players", "1 or 2"]),
+        (&["--result", "result.json"], &["--result", "--demo"]),
     ];
     for (arguments, expected) in cases {
         let Some(output) = built_example::run("dance_stage", &[arguments, &["--headless"]].concat()) else { return };

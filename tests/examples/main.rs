@@ -5,6 +5,8 @@ mod built_example;
 mod calibrate;
 mod composite;
 #[cfg(feature = "egui")]
+mod dance_places;
+#[cfg(feature = "egui")]
 mod dance_stage;
 #[cfg(feature = "apriltag")]
 mod looks;

@@ -234,7 +234,7 @@ fn panic_message(panic: Box<dyn Any + Send>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{State, *};
     use crate::camera::{FramePixels, webcam::format::PixelFormat};
     use bevy::prelude::*;
 

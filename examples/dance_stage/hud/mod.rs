@@ -1,0 +1,78 @@
+//! What players see over the picture: their arrows, life, score and verdicts, and the screens before and after.
+//!
+//! Sizes are in hundredths of the shorter side of the picture, so that everything can be read at 640 × 480 and at 4K.
+
+mod arrow_images;
+mod highway;
+mod menus;
+mod status;
+
+use crate::game::{GameSystems, Player, Screen};
+use arrow_images::ArrowImages;
+use bevy::{prelude::*, text::RemSize, ui::IsDefaultUiCamera};
+
+/// Shows the game over the camera with [`IsDefaultUiCamera`](bevy::ui::IsDefaultUiCamera).
+pub(crate) struct HudPlugin;
+
+impl Plugin for HudPlugin {
+    fn build(&self, app: &mut App) {
+        let dances = in_state(Screen::Dance);
+        app.init_resource::<ArrowImages>()
+            .add_systems(OnEnter(Screen::Title), menus::show_title)
+            .add_systems(OnEnter(Screen::Results), menus::show_results)
+            .add_systems(OnEnter(Screen::Calibration), menus::show_calibration)
+            .add_systems(
+                Update,
+                (
+                    build,
+                    (
+                        highway::move_arrows,
+                        highway::light_targets,
+                        status::fill_life,
+                        status::write_score,
+                        status::write_verdict,
+                        status::write_combo,
+                        status::write_pause,
+                    ),
+                )
+                    .chain()
+                    .after(GameSystems::Judge)
+                    .run_if(dances),
+            )
+            .add_systems(Update, fit_text)
+            .add_systems(Update, menus::write_choice.run_if(in_state(Screen::Title)))
+            .add_systems(Update, menus::write_calibration.run_if(in_state(Screen::Calibration)));
+    }
+}
+
+/// Player whose state a node shows.
+#[derive(Component)]
+struct Shows(Entity);
+
+/// Builds the view of each new player.
+fn build(mut commands: Commands, images: Res<ArrowImages>, new: Query<(Entity, &Player), Added<Player>>) {
+    for (entity, player) in &new {
+        let mut side = commands.spawn((highway::side(player.number), DespawnOnExit(Screen::Dance)));
+        highway::spawn_lanes(&mut side, entity, &images);
+        status::spawn(&mut side, entity);
+    }
+}
+
+/// A length in hundredths of the picture's shorter side.
+const fn part(of_shorter_side: f32) -> Val {
+    Val::VMin(of_shorter_side)
+}
+
+/// Lets one rem of text be a hundredth of the picture's shorter side. Fonts may have such sizes themselves, but are of
+/// no size, with a warning, before the camera's picture has one.
+fn fit_text(cameras: Query<&Camera, With<IsDefaultUiCamera>>, mut rem: ResMut<RemSize>) {
+    if let Some(size) = cameras.iter().find_map(Camera::logical_viewport_size) {
+        rem.set_if_neq(RemSize(size.min_element() / 100.0));
+    }
+}
+
+/// Text of a size in hundredths of the picture's shorter side.
+fn text(size: f32, color: Color) -> (Text, TextFont, TextColor) {
+    let font = TextFont { font_size: FontSize::Rem(size), ..default() };
+    (Text::default(), font, TextColor(color))
+}

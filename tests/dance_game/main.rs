@@ -1,0 +1,31 @@
+//! The dance game of the example `dance_stage` without a renderer: songs, rules, composer and whole dances.
+
+#[expect(dead_code, reason = "the figure needs more of it")]
+#[path = "../../examples/dance_stage/dancer/choreography.rs"]
+mod choreography;
+#[path = "../../examples/dance_stage/composer/mod.rs"]
+mod composer;
+#[expect(dead_code, unused_imports, reason = "the program needs more of it")]
+#[path = "../../examples/dance_stage/game/mod.rs"]
+mod game;
+#[path = "../../examples/dance_stage/random.rs"]
+mod random;
+#[path = "../../examples/dance_stage/rules/mod.rs"]
+mod rules;
+#[path = "../../examples/dance_stage/song/mod.rs"]
+mod song;
+
+mod audio_device;
+mod choreography_poses;
+mod composing;
+mod dancer_model;
+mod demo_dance;
+mod judging;
+mod latency;
+mod simfile_mistakes;
+mod simfiles;
+mod song_clocks;
+mod step_charts;
+mod tallying;
+mod timing;
+mod whole_dances;

@@ -1,0 +1,129 @@
+//! The example `dance_stage` without a camera: what it draws of its places, and the facts of their files.
+
+use crate::built_example::{self, scratch};
+use bevy::math::UVec2;
+use bevy_mirrorball::camera::FramePixels;
+use serde_json::Value;
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
+
+/// Small, because software Vulkan is slow.
+const SIZE: UVec2 = UVec2::new(96, 72);
+/// Frames for pictures, and until the first arrows have been stepped on, at 15 a second.
+const FEW: u32 = 8;
+const UNTIL_STEPS: u32 = 60;
+/// Largest file of a scene, in bytes.
+const MAX_BYTES: u64 = 2_000_000;
+/// Where the dancer is in the picture, from the upper left to the lower right corner.
+const DANCER: [UVec2; 2] = [UVec2::new(42, 40), UVec2::new(56, 64)];
+/// Parts of messages that a user would take for trouble.
+const TROUBLE: [&str; 4] = ["WARN", "ERROR", "panicked", "alidation"];
+
+fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes").join(name)
+}
+
+/// Draws a place twice, and compares what was seen and reached.
+fn dances_in(place: &str, frames: u32) {
+    let mut results = Vec::new();
+    for run in ["first", "second"] {
+        let out = scratch(&format!("dance_in_{place}_{run}"));
+        let _ = std::fs::remove_dir_all(&out);
+        let result = out.with_extension("json");
+        let (count, size) = (frames.to_string(), format!("{}x{}", SIZE.x, SIZE.y));
+        let [folder, file] = [&out, &result].map(|path| path.to_string_lossy().into_owned());
+        let arguments = ["--place", place, "--headless", "--demo", "--frames", &count, "--size", &size];
+        let outputs = ["--out", &folder, "--result", &file];
+        let Some(output) = built_example::run("dance_stage", &[&arguments[..], &outputs].concat()) else { return };
+        let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success(), "{place}: {said}");
+        assert!(!TROUBLE.iter().any(|word| said.contains(word)), "{place}: {said}");
+        looks_alive(place, &out, frames);
+        results.push(std::fs::read_to_string(&result).expect("written"));
+    }
+    assert_eq!(results[0], results[1], "{place}: the same seed");
+    let result: Value = serde_json::from_str(&results[0]).expect("is JSON");
+    let player = &result["players"][0];
+    assert_eq!(player["dropped"], 0, "{place}: {result}");
+    assert!(frames < UNTIL_STEPS || player["judged"].as_u64() > Some(0), "{place}: {result}");
+}
+
+/// Pictures are colorful, shadows of natural things are not black, and the dancer moves.
+fn looks_alive(place: &str, out: &Path, frames: u32) {
+    let picture = |i: u32| FramePixels::open(out.join(format!("frame_{i:04}.png"))).expect("written");
+    let (first, last) = (picture(0), picture(frames - 1));
+    assert_eq!(first.size, SIZE, "{place}");
+    let colors: BTreeSet<[u8; 3]> = first.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    assert!(colors.len() > 500, "{place}: {} colors", colors.len());
+    let black = first.rgba.chunks_exact(4).filter(|pixel| pixel[..3].iter().all(|value| *value < 4)).count();
+    // Toons have black outlines.
+    assert!(place == "campus" || black < (SIZE.element_product() / 50) as usize, "{place}: {black} black pixels");
+    let [from, to] = DANCER.map(UVec2::as_ivec2);
+    let moved = (from.y..to.y).flat_map(|y| (from.x..to.x).map(move |x| (x, y)));
+    let moved = moved.filter(|(x, y)| first.rgb8(*x, *y) != last.rgb8(*x, *y)).count();
+    assert!(moved > 20, "{place}: {moved} pixels of the dancer differ");
+}
+
+#[test]
+fn the_dancer_dances_at_stonehenge() {
+    dances_in("stonehenge", FEW);
+}
+
+#[test]
+fn the_dancer_dances_on_the_campus() {
+    dances_in("campus", UNTIL_STEPS);
+}
+
+#[test]
+fn without_a_camera_nothing_of_a_camera_is_accepted() {
+    let cases: [(&[&str], &[&str]); 5] = [
+        (&["--solo", "--feed", "clip:assets/desk_clip"], &["no feed", "leave out --feed"]),
+        (&["--feed", "image:a.jpg", "--place", "campus"], &["no feed", "leave out --feed"]),
+        (&["--solo", "--fov", "60"], &["without a camera", "--fov"]),
+        (&["--solo", "--set", "a.glb"], &["leave out --set"]),
+        (&["--place", "moon"], &["stonehenge or campus", "moon"]),
+    ];
+    for (arguments, expected) in cases {
+        let Some(output) = built_example::run("dance_stage", &[arguments, &["--headless"]].concat()) else { return };
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success(), "{arguments:?}");
+        assert!(expected.iter().all(|part| said.contains(part)), "{arguments:?}: {said}");
+    }
+}
+
+/// Vertices that are drawn: those of shared meshes count for each node.
+fn drawn_vertices(file: &gltf::Gltf) -> usize {
+    let meshes = file.nodes().filter_map(|node| node.mesh());
+    let positions = |primitive: gltf::Primitive| primitive.get(&gltf::Semantic::Positions).map(|data| data.count());
+    meshes.flat_map(|mesh| mesh.primitives().filter_map(positions).collect::<Vec<_>>()).sum()
+}
+
+#[test]
+fn scenes_are_rich_and_their_files_small() {
+    for (name, fewest) in [("stonehenge.glb", 60_000), ("campus.glb", 8_000)] {
+        let path = scene(name);
+        let bytes = std::fs::metadata(&path).expect("a file of the repository").len();
+        assert!(bytes <= MAX_BYTES, "{name}: {bytes} bytes");
+        let file = gltf::Gltf::open(&path).expect("a glTF file");
+        let vertices = drawn_vertices(&file);
+        assert!(vertices >= fewest, "{name}: {vertices} vertices");
+        let cameras: Vec<_> = file.nodes().filter(|node| node.camera().is_some()).collect();
+        let names: Vec<_> = cameras.iter().filter_map(|node| node.name()).collect();
+        assert_eq!(names, ["camera_wide", "camera_close"], "{name}");
+        assert!(file.nodes().any(|node| node.name() == Some("sun")), "{name}");
+    }
+    let sky = std::fs::metadata(scene("stonehenge_sky.hdr")).expect("a file of the repository").len();
+    assert!(sky <= MAX_BYTES, "{sky} bytes");
+}
+
+#[test]
+fn stonehenge_has_one_spot_light() {
+    let file = std::fs::read(scene("stonehenge.glb")).expect("a file of the repository");
+    let file = gltf::binary::Glb::from_slice(&file).expect("a binary glTF file");
+    let json: Value = serde_json::from_slice(&file.json).expect("is JSON");
+    let lights = json["extensions"]["KHR_lights_punctual"]["lights"].as_array().expect("has lights");
+    let said: Vec<_> = lights.iter().map(|light| (&light["name"], &light["type"])).collect();
+    assert_eq!(said, [(&Value::from("moody spot"), &Value::from("spot"))]);
+}
