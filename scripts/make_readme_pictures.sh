@@ -10,7 +10,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 readonly all=(two_markers dance_stage panel minimal toon no_ball real_light_events composite real_lights eight_cases
-    live_environment shadow_lab looks)
+    live_environment shadow_lab looks places)
 # Width of pictures in the gallery; quality of JPEGs in ffmpeg's scale, on which 2 is best.
 readonly width=640 quality=4
 # The moving picture: one round of the recorded desk, on which the game plays itself.
@@ -127,6 +127,14 @@ make_looks() {
         "$pictures/looks.webp"
     draw looks --compare --size 960x720 --out "$work/ball_filters.png"
     to_jpeg "$work/ball_filters.png" ball_filters
+}
+
+make_places() {
+    local place
+    for place in stonehenge campus; do
+        draw dance_stage --headless --place "$place" --demo --difficulty hard --frames 34 --size 640x360 --out "$work/$place"
+        to_jpeg "$work/$place/frame_0033.png" "$place"
+    done
 }
 
 mkdir -p $pictures

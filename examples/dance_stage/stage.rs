@@ -60,9 +60,14 @@ pub(crate) fn thing<'a>(commands: &'a mut Commands, name: &'static str, at: Vec3
     commands.spawn((Name::new(name), SurfaceStyle::ImageBased, place, Visibility::default()))
 }
 
+/// The toon of all things: with a line that is thin enough for the dancer's face.
+pub(crate) fn toon() -> SurfaceStyle {
+    SurfaceStyle::Toon(ToonStyle { outline_width: 1.2, ..default() })
+}
+
 pub(crate) fn start_as_toon(toons: Res<StartAsToon>, mut styles: Query<(&Name, &mut SurfaceStyle)>) {
     for (_, mut style) in styles.iter_mut().filter(|(name, _)| toons.0.contains(&name.as_str())) {
-        *style = SurfaceStyle::Toon(default());
+        *style = toon();
     }
 }
 
@@ -82,7 +87,6 @@ pub(crate) fn switch_styles(keys: Res<ButtonInput<KeyCode>>, mut styles: Query<(
     // The panel lists them in this order too.
     let mut things: Vec<_> = styles.iter_mut().collect();
     things.sort_by_key(|(name, _)| (*name).clone());
-    let toon = || SurfaceStyle::Toon(default());
     if keys.just_pressed(KeyCode::KeyT) {
         let all_toon = things.iter().all(|(_, style)| **style == toon());
         for (_, style) in &mut things {

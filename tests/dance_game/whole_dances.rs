@@ -98,6 +98,13 @@ fn who_does_not_step_fails_and_drops_nothing() {
 }
 
 #[test]
+fn an_easy_dance_goes_on_without_life() {
+    let (outcomes, frames) = dance(Choice { difficulty: Difficulty::Easy, ..default() });
+    assert_eq!((outcomes[0].life, outcomes[0].score, outcomes[0].dropped), (0.0, 0.0, 0));
+    assert!(frames > 58 * 60 && outcomes[0].hits[Grade::Miss.index()] > 90, "{frames} frames, {outcomes:?}");
+}
+
+#[test]
 fn a_pause_holds_the_song_and_costs_nothing() {
     let choice = Choice { is_demo: true, ..default() };
     let (expected, _) = dance(choice.clone());

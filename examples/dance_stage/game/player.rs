@@ -3,7 +3,7 @@
 use super::playback::Playback;
 use crate::{
     rules::{Grade, HoldGrade, Judge, JudgeEventKind, Step, StepKind, Tally, TimingWindows},
-    song::{Lane, StepChart, Timing},
+    song::{Lane, Note, StepChart, Timing},
 };
 use bevy::prelude::*;
 
@@ -14,6 +14,8 @@ pub(crate) struct Player {
     /// 0 for the first player.
     pub number: usize,
     pub chart: StepChart,
+    /// Length of the longest hold of the chart, 0 without holds.
+    pub longest_hold_beats: f64,
     windows: TimingWindows,
     pub judge: Judge,
     pub tally: Tally,
@@ -37,8 +39,10 @@ pub(crate) struct Hit {
 
 impl Player {
     pub(crate) fn new(number: usize, chart: StepChart, timing: &Timing, windows: TimingWindows) -> Self {
+        let hold = |note: &Note| note.tail().map(|tail| tail.beat() - note.beat());
         Self {
             number,
+            longest_hold_beats: chart.notes().iter().filter_map(hold).fold(0.0, f64::max),
             judge: Judge::new(&chart, timing, windows),
             tally: Tally::new(&chart),
             chart,

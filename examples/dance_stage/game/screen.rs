@@ -81,7 +81,8 @@ pub(super) fn start_dance(mut commands: Commands, song: Option<Res<Song>>, choic
     }
 }
 
-/// Shows the results when all players have danced to the end, or none of them is alive.
+/// Shows the results when all players have danced to the end, or none of them has any life left. Easy dances go on
+/// without: who learns the steps shall see them all.
 pub(super) fn end_dance(
     playback: Res<Playback>,
     song: Res<Song>,
@@ -92,7 +93,8 @@ pub(super) fn end_dance(
         let last = player.chart.last_row().map_or(0.0, |row| song.timing().seconds_at(row.beat()));
         player.judge.is_finished() && playback.now > last + APPLAUSE
     };
-    if players.iter().all(|player| player.tally.has_failed() || end(player)) {
+    let is_over = |player: &Player| player.tally.has_failed() && player.chart.difficulty != Difficulty::Easy;
+    if players.iter().all(|player| is_over(player) || end(player)) {
         next.set(Screen::Results);
     }
 }

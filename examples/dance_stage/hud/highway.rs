@@ -136,18 +136,16 @@ struct Seen<'a> {
 /// Returns the arrows that are seen now, the earliest first.
 fn seen<'a>(player: &'a Player, beat: f64) -> impl Iterator<Item = Seen<'a>> {
     let notes = player.chart.notes();
-    let start =
-        notes.partition_point(|note| note.last_row().beat() < beat - BEATS_BEHIND && note.length_rows.is_none());
+    // Holds are seen for as long as they are.
+    let earliest = beat - BEATS_BEHIND - player.longest_hold_beats;
+    let start = notes.partition_point(|note| note.beat() < earliest);
     let notes = notes.iter().enumerate().skip(start).take_while(move |(_, note)| note.beat() < beat + BEATS_AHEAD);
-    notes.filter_map(move |(i, note)| {
+    let is_near = move |note: &Note| note.last_row().beat() >= beat - BEATS_BEHIND;
+    notes.filter(move |(_, note)| is_near(note)).filter_map(move |(i, note)| {
         let grade = player.judge.grade_of(i);
         let end = note.tail().map(|tail| tail.beat() - beat);
         let is_held = player.judge.hold_in(note.lane).is_some_and(|(held, _)| held == i);
-        let is_gone = match grade {
-            None => false,
-            Some(Grade::Miss) => note.last_row().beat() < beat - BEATS_BEHIND,
-            Some(_) => !is_held,
-        };
+        let is_gone = grade.is_some_and(|grade| grade != Grade::Miss) && !is_held;
         // A held arrow stays on its target.
         let ahead = if is_held { (note.beat() - beat).max(0.0) } else { note.beat() - beat };
         (!is_gone).then_some(Seen { note, ahead, end, is_missed: grade == Some(Grade::Miss) })

@@ -2,7 +2,7 @@
 
 use super::{
     part,
-    status::{color, set, shadow},
+    status::{color, set},
     text,
 };
 use crate::{
@@ -44,22 +44,17 @@ fn panel(edge: Edge) -> impl Bundle {
     (node, BackgroundColor(Color::srgba(0.02, 0.02, 0.05, 0.6)))
 }
 
-fn line(size: f32, color: Color, words: impl Into<String>) -> impl Bundle {
-    let (_, font, color) = text(size, color);
-    (Text(words.into()), font, color, shadow())
-}
-
 pub(super) fn show_title(mut commands: Commands, song: Option<Res<Song>>) {
     let (title, artist) = song.map_or_else(default, |song| (song.file.title.clone(), song.file.artist.clone()));
     commands.spawn((panel(Edge::Top), DespawnOnExit(Screen::Title))).with_children(|panel| {
-        panel.spawn(line(8.0, GOLD, title));
-        panel.spawn(line(3.2, PALE, artist));
+        panel.spawn(text(8.0, GOLD, title));
+        panel.spawn(text(3.2, PALE, artist));
     });
     commands.spawn((panel(Edge::Bottom), DespawnOnExit(Screen::Title))).with_children(|panel| {
-        panel.spawn((line(5.0, Color::WHITE, ""), ChoiceText));
-        panel.spawn(line(3.2, Color::WHITE, "Enter: dance"));
-        panel.spawn(line(3.0, PALE, "arrows: difficulty, players   D: demo   C: set the timing"));
-        panel.spawn(line(3.0, PALE, "1-9, T: toon or not   click: style   Tab: panel   Esc: end"));
+        panel.spawn((text(5.0, Color::WHITE, ""), ChoiceText));
+        panel.spawn(text(3.2, Color::WHITE, "Enter: dance"));
+        panel.spawn(text(3.0, PALE, "arrows: difficulty, players   D: demo   C: set the timing"));
+        panel.spawn(text(3.0, PALE, "1-9, T: toon or not   click: style   Tab: panel   Esc: end"));
     });
 }
 
@@ -87,9 +82,9 @@ pub(super) fn show_calibration(mut commands: Commands) {
     commands.spawn((panel(Edge::Bottom), DespawnOnExit(Screen::Calibration))).with_children(|panel| {
         let dot = Node { width: part(10.0), height: part(10.0), border_radius: BorderRadius::MAX, ..default() };
         panel.spawn((dot, BackgroundColor(GOLD), Metronome));
-        panel.spawn(line(4.5, Color::WHITE, "press any key on each beat"));
-        panel.spawn((line(3.6, PALE, ""), CalibrationText));
-        panel.spawn(line(3.4, PALE, "Enter: back"));
+        panel.spawn(text(4.5, Color::WHITE, "press any key on each beat"));
+        panel.spawn((text(3.6, PALE, ""), CalibrationText));
+        panel.spawn(text(3.4, PALE, "Enter: back"));
     });
 }
 
@@ -121,7 +116,7 @@ pub(super) fn show_results(mut commands: Commands, song: Option<Res<Song>>, play
     commands.spawn((panel(Edge::Bottom), DespawnOnExit(Screen::Results))).with_children(|panel| {
         let difficulty = players.first().map_or("", |player| player.chart.difficulty.name());
         let title = song.map_or_else(String::new, |song| song.file.title.clone());
-        panel.spawn(line(4.5, GOLD, format!("{title}   {difficulty}")));
+        panel.spawn(text(4.5, GOLD, format!("{title}   {difficulty}")));
         let columns = Node { column_gap: part(14.0), ..default() };
         panel.spawn(columns).with_children(|columns| {
             for player in &players {
@@ -130,26 +125,26 @@ pub(super) fn show_results(mut commands: Commands, song: Option<Res<Song>>, play
                 columns.spawn(column).with_children(|column| write_tally(column, player, players.len()));
             }
         });
-        panel.spawn(line(3.6, Color::WHITE, winner(&players)));
-        panel.spawn(line(3.4, PALE, "Enter: on"));
+        panel.spawn(text(3.6, Color::WHITE, winner(&players)));
+        panel.spawn(text(3.4, PALE, "Enter: on"));
     });
 }
 
 fn write_tally(column: &mut ChildSpawnerCommands, player: &Player, players: usize) {
     let tally = &player.tally;
     if players > 1 {
-        column.spawn(line(3.6, PALE, format!("player {}", player.number + 1)));
+        column.spawn(text(3.6, PALE, format!("player {}", player.number + 1)));
     }
-    column.spawn(line(12.0, GOLD, tally.letter().name()));
-    column.spawn(line(6.0, Color::WHITE, tally.score_text()));
+    column.spawn(text(12.0, GOLD, tally.letter().name()));
+    column.spawn(text(6.0, Color::WHITE, tally.score_text()));
     for grade in Grade::ALL {
-        column.spawn(line(3.6, color(grade), format!("{:<9} {:>4}", grade.name(), tally.hits(grade))));
+        column.spawn(text(3.6, color(grade), format!("{:<9} {:>4}", grade.name(), tally.hits(grade))));
     }
     let (held, let_go) = tally.holds();
     if held + let_go > 0 {
-        column.spawn(line(3.6, Color::WHITE, format!("{:<9} {:>4}", "Holds", format!("{held}/{}", held + let_go))));
+        column.spawn(text(3.6, Color::WHITE, format!("{:<9} {:>4}", "Holds", format!("{held}/{}", held + let_go))));
     }
-    column.spawn(line(3.6, Color::WHITE, format!("{:<9} {:>4}", "Combo", tally.best_combo())));
+    column.spawn(text(3.6, Color::WHITE, format!("{:<9} {:>4}", "Combo", tally.best_combo())));
 }
 
 /// Says which of two players has danced better.

@@ -71,8 +71,9 @@ fn fit_text(cameras: Query<&Camera, With<IsDefaultUiCamera>>, mut rem: ResMut<Re
     }
 }
 
-/// Text of a size in hundredths of the picture's shorter side.
-fn text(size: f32, color: Color) -> (Text, TextFont, TextColor) {
-    let font = TextFont { font_size: FontSize::Rem(size), ..default() };
-    (Text::default(), font, TextColor(color))
+/// Text of a size in hundredths of the picture's shorter side, with a dark shadow, so that it can be read before
+/// everything.
+fn text(size: f32, color: Color, words: impl Into<String>) -> impl Bundle {
+    let shadow = TextShadow { offset: Vec2::splat(2.0), color: Color::srgba(0.0, 0.0, 0.0, 0.8) };
+    (Text(words.into()), TextFont { font_size: FontSize::Rem(size), ..default() }, TextColor(color), shadow)
 }

@@ -50,17 +50,12 @@ pub(super) fn spawn(side: &mut EntityCommands, player: Entity) {
                 LifeFill,
                 Shows(player),
             ));
-        let words = |size: f32| (text(size, Color::WHITE), shadow(), Shows(player));
+        let words = |size: f32| (text(size, Color::WHITE, ""), Shows(player));
         side.spawn(line(part(40.0), Val::Auto)).with_child((words(7.0), VerdictText));
         side.spawn(line(part(48.0), Val::Auto)).with_child((words(4.5), ComboText));
         side.spawn(line(part(58.0), Val::Auto)).with_child((words(6.0), PauseText));
         side.spawn(line(Val::Auto, part(2.0))).with_child((words(5.5), ScoreText));
     });
-}
-
-/// Dark shadow, so that text can be read before everything.
-pub(super) fn shadow() -> TextShadow {
-    TextShadow { offset: Vec2::splat(2.0), color: Color::srgba(0.0, 0.0, 0.0, 0.8) }
 }
 
 /// Color of a grade.

@@ -49,7 +49,7 @@ impl Place {
     fn style(self) -> SurfaceStyle {
         match self {
             Self::Stonehenge => SurfaceStyle::ImageBased,
-            Self::Campus => SurfaceStyle::Toon(ToonStyle { outline_width: 1.5, ..default() }),
+            Self::Campus => crate::stage::toon(),
         }
     }
 }
