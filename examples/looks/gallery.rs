@@ -9,7 +9,7 @@ use crate::{
     sheet::Sheet,
     support::{Outcome, asset_path, fits_device, has_loaded, headless_log, loading_error, rgb_image},
 };
-use bevy::{camera::RenderTarget, prelude::*};
+use bevy::{animation::AnimationPlugin, camera::RenderTarget, prelude::*};
 use bevy_mirrorball::{camera::Clip, environment_map::EnvironmentCube, headless, prelude::*};
 use image::RgbImage;
 use std::{path::Path, time::Duration};
@@ -61,7 +61,8 @@ impl Studio {
         let looks = options.looks()?;
         let clip = Clip::open(asset_path(CLIP))?;
         let mut app = headless::build_app(headless::default_plugins(), |app| {
-            app.add_plugins(headless_log());
+            // The fox has animations.
+            app.add_plugins((headless_log(), AnimationPlugin));
             desk::build(app, looks);
         })?;
         fits_device(&app, options.size)?;

@@ -23,7 +23,8 @@ use bevy::{
 ///
 /// There is no event loop, no sound and no pipelined rendering (a frame is finished when [`App::update`] returns), and
 /// pipelines are compiled as soon as their shaders are loaded. Add whatever else a game needs from [`DefaultPlugins`],
-/// for example animation. Logging is left to the program, because a process can have only one logger.
+/// for example animation: with Bevy's feature `gltf_animation`, animated glTF files do not load without its plugin.
+/// Logging is left to the program, because a process can have only one logger.
 pub fn default_plugins() -> PluginGroupBuilder {
     HeadlessPlugins.build()
 }

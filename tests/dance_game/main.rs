@@ -12,8 +12,13 @@ mod game;
 mod random;
 #[path = "../../examples/dance_stage/rules/mod.rs"]
 mod rules;
+#[path = "../../examples/dance_stage/places/sky.rs"]
+mod sky;
 #[path = "../../examples/dance_stage/song/mod.rs"]
 mod song;
+#[expect(dead_code, reason = "tested by itself")]
+#[path = "../../examples/dance_stage/places/view_point.rs"]
+mod view_point;
 
 mod audio_device;
 mod choreography_poses;

@@ -6,7 +6,7 @@ use super::{
     sky,
     view_point::{DesignFieldOfView, ViewPoint},
 };
-use crate::support::Outcome;
+use crate::support::{Outcome, asset_path};
 use bevy::{
     camera::{Exposure, Hdr},
     core_pipeline::tonemapping::Tonemapping,
@@ -37,7 +37,11 @@ pub(crate) struct Scenery {
 impl Scenery {
     /// Reads view and sky of a place.
     pub(crate) fn open(place: Place) -> Outcome<Self> {
-        Ok(Self { place, view: ViewPoint::open(&place.file(), place.name())?, sky: sky::open(place)? })
+        let sky = match place {
+            Place::Stonehenge => EquirectPixels::open(asset_path("scenes/stonehenge_sky.hdr"))?,
+            Place::Campus => sky::gradient(),
+        };
+        Ok(Self { place, view: ViewPoint::open(&place.file(), place.name())?, sky })
     }
 
     /// Spawns the camera and the sun. The camera draws to the window unless it gets another target.

@@ -1,9 +1,7 @@
 //! Skies of places: equirectangular images of linear radiance.
 
-use super::Place;
-use crate::support::asset_path;
 use bevy::prelude::*;
-use bevy_mirrorball::environment_map::{EnvironmentFileError, EquirectPixels, equirect_direction};
+use bevy_mirrorball::environment_map::{EquirectPixels, equirect_direction};
 
 /// Width of a sky that is painted here, in pixels.
 const WIDTH: u32 = 256;
@@ -14,16 +12,8 @@ const PAVING: Vec3 = Vec3::new(0.36, 0.35, 0.33);
 /// Sine of the angle below the horizon down to which there is haze.
 const HAZE: f32 = 0.15;
 
-/// Reads or paints the sky of a place.
-pub(super) fn open(place: Place) -> Result<EquirectPixels, EnvironmentFileError> {
-    match place {
-        Place::Stonehenge => EquirectPixels::open(asset_path("scenes/stonehenge_sky.hdr")),
-        Place::Campus => Ok(gradient()),
-    }
-}
-
 /// A clear sky over bright ground.
-fn gradient() -> EquirectPixels {
+pub(super) fn gradient() -> EquirectPixels {
     let size = UVec2::new(WIDTH, WIDTH / 2);
     let radiance = |i: u32| {
         let dir = equirect_direction((UVec2::new(i % size.x, i / size.x).as_vec2() + 0.5) / size.as_vec2());
