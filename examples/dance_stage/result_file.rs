@@ -15,7 +15,8 @@ pub(crate) fn write(app: &mut App, file: &Path) -> Outcome<()> {
     std::fs::write(file, text + "\n").map_err(|error| format!("cannot write {}: {error}", file.display()).into())
 }
 
-/// A line for each player: arrows that were due, hits by grade, arrows without a verdict that are overdue, and score.
+/// A line for each player: arrows of the chart, those that are judged, hits by grade, arrows that are overdue without a
+/// verdict, and what all that is worth.
 fn players(world: &mut World) -> Vec<Value> {
     let mut query = world.query::<&Player>();
     let mut players: Vec<_> = query.iter(world).collect();

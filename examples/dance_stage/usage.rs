@@ -39,5 +39,5 @@ usage: dance_stage [OPTIONS]
   --result FILE            write what the players have reached to a JSON file (with --headless --demo)
 
 Keys: arrow keys or W, A, S, D step; with two players the first has the letters, the second the arrow keys. Enter
-starts, Space is the pause, Esc goes back and ends. 1 to 9 switch one thing between toon and image-based, T all of them,
-a click shows all settings of a thing, Tab the panel.";
+starts, Space is the pause, C on the title measures how late screen and keys are, Esc goes back and ends. 1 to 9 switch
+one thing between toon and image-based, T all of them, a click shows all settings of a thing, Tab the panel.";

@@ -1,8 +1,7 @@
 """Writes meshes, a skin, and animations as binary glTF 2.0 (Khronos Group, 2021). Lengths are in meters."""
-import json
-import struct
-
 import numpy as np
+
+from make_desk_scene import Scene
 
 FLOAT, BYTE, SHORT = 5126, 5121, 5123
 VERTEX_DATA, INDEX_DATA = 34962, 34963
@@ -62,12 +61,5 @@ class Glb:
                 channels.append({"sampler": len(samplers) - 1, "target": {"node": node, "path": path}})
         self.add("animations", {"name": name, "channels": channels, "samplers": samplers})
 
-    def write(self, path):
-        self.json["buffers"] = [{"byteLength": len(self.binary)}]
-        text = json.dumps(self.json, separators=(",", ":")).encode()
-        text += b" " * (-len(text) % 4)
-        total = 12 + 8 + len(text) + 8 + len(self.binary)
-        with open(path, "wb") as out:
-            out.write(struct.pack("<4sII", b"glTF", 2, total))
-            out.write(struct.pack("<I4s", len(text), b"JSON") + text)
-            out.write(struct.pack("<I4s", len(self.binary), b"BIN\0") + self.binary)
+    # the container is the same for all scenes
+    write = Scene.write

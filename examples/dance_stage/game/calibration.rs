@@ -1,4 +1,4 @@
-//! Measures how late steps are judged because of sound, screen and keys: players step to a metronome.
+//! Measures how late steps are judged because of screen and keys: players step to a metronome that they see.
 
 use super::{playback::Playback, screen::Screen};
 use crate::{

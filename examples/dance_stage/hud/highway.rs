@@ -1,12 +1,12 @@
 //! Lanes on which arrows rise to their targets.
 
-use super::{ArrowImages, Shows, part};
+use super::{ArrowImages, Shows};
 use crate::{
     game::{Playback, Player},
     rules::Grade,
     song::{Lane, Note, ROWS_PER_BEAT},
 };
-use bevy::prelude::*;
+use bevy::{platform::collections::HashMap, prelude::*};
 
 /// Width of a lane, and of the space on both sides of all lanes.
 const LANE: f32 = 10.5;
@@ -31,11 +31,11 @@ pub(super) fn side(number: usize) -> impl Bundle {
     let mut node = Node {
         position_type: PositionType::Absolute,
         top: Val::ZERO,
-        width: part(WIDTH),
+        width: vmin(WIDTH),
         height: percent(100),
         ..default()
     };
-    let inset = part(2.0);
+    let inset = vmin(2.0);
     if number == 0 {
         node.left = inset;
     } else {
@@ -70,7 +70,7 @@ pub(super) fn spawn_lanes(side: &mut EntityCommands, player: Entity, images: &Ar
             side.spawn((image(&images.target, 0.8), Target(lane), Shows(player)));
         }
         for i in 0..HOLDS {
-            let node = Node { position_type: PositionType::Absolute, width: part(0.42 * LANE), ..default() };
+            let node = Node { position_type: PositionType::Absolute, width: vmin(0.42 * LANE), ..default() };
             side.spawn((node, BackgroundColor::default(), Visibility::Hidden, HoldPlace(i), Shows(player)));
         }
         for i in 0..ARROWS {
@@ -84,10 +84,10 @@ pub(super) fn spawn_lanes(side: &mut EntityCommands, player: Entity, images: &Ar
 fn square(lane: Lane) -> Node {
     Node {
         position_type: PositionType::Absolute,
-        left: part(left(lane)),
-        top: part(TARGET - 0.5 * LANE),
-        width: part(LANE),
-        height: part(LANE),
+        left: vmin(left(lane)),
+        top: vmin(TARGET - 0.5 * LANE),
+        width: vmin(LANE),
+        height: vmin(LANE),
         ..default()
     }
 }
@@ -155,19 +155,20 @@ fn seen<'a>(player: &'a Player, beat: f64) -> impl Iterator<Item = Seen<'a>> {
 /// Puts the arrows where they are now.
 pub(super) fn move_arrows(
     playback: Res<Playback>,
-    players: Query<&Player>,
+    players: Query<(Entity, &Player)>,
     mut arrows: Query<(&ArrowPlace, &Shows, &mut Node, &mut UiTransform, &mut ImageNode, &mut Visibility)>,
     mut holds: Query<(&HoldPlace, &Shows, &mut Node, &mut BackgroundColor, &mut Visibility), Without<ArrowPlace>>,
 ) {
+    let seen: HashMap<_, Vec<_>> =
+        players.iter().map(|(entity, player)| (entity, seen(player, playback.beat).collect())).collect();
     for (place, shows, mut node, mut transform, mut image, mut visibility) in &mut arrows {
-        let Ok(player) = players.get(shows.0) else { continue };
-        let Some(arrow) = seen(player, playback.beat).nth(place.0) else {
+        let Some(arrow) = seen.get(&shows.0).and_then(|seen| seen.get(place.0)) else {
             visibility.set_if_neq(Visibility::Hidden);
             continue;
         };
         visibility.set_if_neq(Visibility::Inherited);
         node.set_if_neq(square(arrow.note.lane));
-        let translation = Val2::new(Val::ZERO, part(BEAT * arrow.ahead as f32));
+        let translation = Val2::new(Val::ZERO, vmin(BEAT * arrow.ahead as f32));
         transform.set_if_neq(UiTransform { translation, ..turned(arrow.note.lane) });
         let color = color(arrow.note);
         let color = if arrow.is_missed { color.with_alpha(0.3) } else { color };
@@ -176,16 +177,15 @@ pub(super) fn move_arrows(
         }
     }
     for (place, shows, mut node, mut background, mut visibility) in &mut holds {
-        let Ok(player) = players.get(shows.0) else { continue };
-        let held = seen(player, playback.beat).filter_map(|arrow| Some((arrow.end?, arrow))).nth(place.0);
-        let Some((end, arrow)) = held else {
+        let mut held = seen.get(&shows.0).into_iter().flatten().filter_map(|arrow| Some((arrow.end?, arrow)));
+        let Some((end, arrow)) = held.nth(place.0) else {
             visibility.set_if_neq(Visibility::Hidden);
             continue;
         };
         visibility.set_if_neq(Visibility::Inherited);
         let (top, height) = (TARGET + BEAT * arrow.ahead as f32, BEAT * (end - arrow.ahead).max(0.0) as f32);
-        let left = part(left(arrow.note.lane) + 0.29 * LANE);
-        node.set_if_neq(Node { left, top: part(top), height: part(height), ..node.clone() });
+        let left = vmin(left(arrow.note.lane) + 0.29 * LANE);
+        node.set_if_neq(Node { left, top: vmin(top), height: vmin(height), ..node.clone() });
         let alpha = if arrow.is_missed { 0.2 } else { 0.6 };
         background.set_if_neq(BackgroundColor(color(arrow.note).with_alpha(alpha)));
     }

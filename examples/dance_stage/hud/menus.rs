@@ -1,7 +1,6 @@
 //! The screens before and after a dance.
 
 use super::{
-    part,
     status::{color, set},
     text,
 };
@@ -37,8 +36,8 @@ fn panel(edge: Edge) -> impl Bundle {
         width: percent(100),
         flex_direction: FlexDirection::Column,
         align_items: AlignItems::Center,
-        padding: UiRect::axes(Val::ZERO, part(1.5)),
-        row_gap: part(0.6),
+        padding: UiRect::axes(Val::ZERO, vmin(1.5)),
+        row_gap: vmin(0.6),
         ..default()
     };
     (node, BackgroundColor(Color::srgba(0.02, 0.02, 0.05, 0.6)))
@@ -80,7 +79,7 @@ pub(super) struct Metronome;
 
 pub(super) fn show_calibration(mut commands: Commands) {
     commands.spawn((panel(Edge::Bottom), DespawnOnExit(Screen::Calibration))).with_children(|panel| {
-        let dot = Node { width: part(10.0), height: part(10.0), border_radius: BorderRadius::MAX, ..default() };
+        let dot = Node { width: vmin(10.0), height: vmin(10.0), border_radius: BorderRadius::MAX, ..default() };
         panel.spawn((dot, BackgroundColor(GOLD), Metronome));
         panel.spawn(text(4.5, Color::WHITE, "press any key on each beat"));
         panel.spawn((text(3.6, PALE, ""), CalibrationText));
@@ -117,7 +116,7 @@ pub(super) fn show_results(mut commands: Commands, song: Option<Res<Song>>, play
         let difficulty = players.first().map_or("", |player| player.chart.difficulty.name());
         let title = song.map_or_else(String::new, |song| song.file.title.clone());
         panel.spawn(text(4.5, GOLD, format!("{title}   {difficulty}")));
-        let columns = Node { column_gap: part(14.0), ..default() };
+        let columns = Node { column_gap: vmin(14.0), ..default() };
         panel.spawn(columns).with_children(|columns| {
             for player in &players {
                 let column =

@@ -58,11 +58,6 @@ fn build(mut commands: Commands, images: Res<ArrowImages>, new: Query<(Entity, &
     }
 }
 
-/// A length in hundredths of the picture's shorter side.
-const fn part(of_shorter_side: f32) -> Val {
-    Val::VMin(of_shorter_side)
-}
-
 /// Lets one rem of text be a hundredth of the picture's shorter side. Fonts may have such sizes themselves, but are of
 /// no size, with a warning, before the camera's picture has one.
 fn fit_text(cameras: Query<&Camera, With<IsDefaultUiCamera>>, mut rem: ResMut<RemSize>) {

@@ -1,6 +1,6 @@
 //! Life, score, combo and verdict of a player.
 
-use super::{Shows, part, text};
+use super::{Shows, text};
 use crate::{
     game::{Playback, Player},
     rules::Grade,
@@ -35,26 +35,26 @@ pub(super) fn spawn(side: &mut EntityCommands, player: Entity) {
     side.with_children(|side| {
         let frame = Node {
             position_type: PositionType::Absolute,
-            top: part(1.5),
-            left: part(1.5),
-            right: part(1.5),
-            height: part(2.6),
-            border: UiRect::all(part(0.3)),
-            border_radius: BorderRadius::all(part(1.3)),
+            top: vmin(1.5),
+            left: vmin(1.5),
+            right: vmin(1.5),
+            height: vmin(2.6),
+            border: UiRect::all(vmin(0.3)),
+            border_radius: BorderRadius::all(vmin(1.3)),
             ..default()
         };
         side.spawn((frame, BorderColor::all(Color::WHITE), BackgroundColor(Color::srgba(0.0, 0.0, 0.0, 0.6))))
             .with_child((
-                Node { height: percent(100), border_radius: BorderRadius::all(part(1.0)), ..default() },
+                Node { height: percent(100), border_radius: BorderRadius::all(vmin(1.0)), ..default() },
                 BackgroundColor::default(),
                 LifeFill,
                 Shows(player),
             ));
         let words = |size: f32| (text(size, Color::WHITE, ""), Shows(player));
-        side.spawn(line(part(40.0), Val::Auto)).with_child((words(7.0), VerdictText));
-        side.spawn(line(part(48.0), Val::Auto)).with_child((words(4.5), ComboText));
-        side.spawn(line(part(58.0), Val::Auto)).with_child((words(6.0), PauseText));
-        side.spawn(line(Val::Auto, part(2.0))).with_child((words(5.5), ScoreText));
+        side.spawn(line(vmin(40.0), Val::Auto)).with_child((words(7.0), VerdictText));
+        side.spawn(line(vmin(48.0), Val::Auto)).with_child((words(4.5), ComboText));
+        side.spawn(line(vmin(58.0), Val::Auto)).with_child((words(6.0), PauseText));
+        side.spawn(line(Val::Auto, vmin(2.0))).with_child((words(5.5), ScoreText));
     });
 }
 
