@@ -133,7 +133,7 @@
 //! # Cargo features
 //! - `apriltag` (default): marker detection with the AprilTag C library; needs a C compiler.
 //! - `webcam`: `CameraFeed::device`; on Linux building needs libclang.
-//! - `egui`: `debug::MirrorballPanelPlugin`. `audio`: Bevy's sound, for the example `dance_stage` only.
+//! - `egui`: `debug::MirrorballPanelPlugin`. `audio`, `gamepad`: for the example `dance_stage` only.
 //!
 //! Without default features the library type-checks for browsers (`wasm32-unknown-unknown`); `docs/WEB.md` says what a
 //! game has to bring, and what is different there.

@@ -24,7 +24,8 @@ pub use crate::{
     },
     shadows::{DomeState, ShadowDomeLight, ShadowFilter},
     tracking::{
-        FrameRecorder, MarkerAnchor, MarkerBoard, MarkerFound, MarkerLost, MarkerState, MarkerTracking, PoseFilter,
-        WorldOrigin, any_marker_tracked, world_origin_tracked,
+        ButtonCovered, ButtonUncovered, FrameRecorder, MarkerAnchor, MarkerBoard, MarkerFound, MarkerLost, MarkerState,
+        MarkerTracking, PoseFilter, VirtualButton, VirtualButtonState, WorldOrigin, any_marker_tracked,
+        world_origin_tracked,
     },
 };

@@ -10,7 +10,7 @@ use crate::{
     phantom::PhantomObject,
     probe::{ClipRecovery, LightProbeSphere},
     shadows::ShadowDomeLight,
-    tracking::{MarkerAnchor, MarkerBoard, PoseFilter, WorldOrigin},
+    tracking::{MarkerAnchor, MarkerBoard, PoseFilter, VirtualButton, WorldOrigin},
 };
 use bevy::prelude::*;
 use serde_json::{Map, Value};
@@ -106,6 +106,8 @@ authored_components! {
     PoseFilter,
     /// The marker that keeps its place in the world while the camera moves.
     WorldOrigin,
+    /// A button printed on the sheet of a marker.
+    VirtualButton,
     /// The mirrored ball.
     LightProbeSphere,
     /// The recovery of what the camera clips of the ball's light.
@@ -187,6 +189,7 @@ mod tests {
         check::<MarkerBoard>();
         check::<PoseFilter>();
         check::<WorldOrigin>();
+        check::<VirtualButton>();
         check::<LightProbeSphere>();
         check::<ClipRecovery>();
         check::<PhantomObject>();

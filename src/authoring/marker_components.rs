@@ -6,7 +6,8 @@ use super::{
     number_rules::{FromZero, Positive, Whole},
     rules::Flag,
 };
-use crate::tracking::{FilterUse, MarkerAnchor, MarkerFamily, PoseFilter, WorldOrigin};
+use crate::tracking::{FilterUse, MarkerAnchor, MarkerFamily, PoseFilter, VirtualButton, WorldOrigin};
+use bevy::math::Vec2;
 use std::time::Duration;
 
 /// Names of the marker families.
@@ -57,5 +58,15 @@ impl FromExtras for WorldOrigin {
 
     fn from_fields(_: &mut Fields) -> Option<Self> {
         Some(Self)
+    }
+}
+
+impl FromExtras for VirtualButton {
+    const EXAMPLE: &'static str = r#"{"width": 0.06, "height": 0.04}"#;
+
+    fn from_fields(fields: &mut Fields) -> Option<Self> {
+        let width = fields.required("width", Positive::METERS);
+        let height = fields.required("height", Positive::METERS);
+        Some(Self::new(Vec2::new(width?, height?)))
     }
 }

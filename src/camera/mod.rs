@@ -147,13 +147,15 @@ use bevy::{
         prepass::NoBackgroundMotionVectors,
         tonemapping::{DebandDither, Tonemapping},
     },
+    light::cluster::{ClusterConfig, ClusterZConfig},
     prelude::*,
 };
 
 /// A game camera that coincides with the real camera and draws its frames behind everything.
 ///
 /// Add a [`CameraFeed`] to the same entity. Required components switch off everything that would change the frame:
-/// tone mapping, dithering, ambient light, and motion vectors of the background, with which effects would smear it.
+/// tone mapping, dithering, ambient light, and motion vectors of the background, with which effects would smear it; and
+/// they cluster lamps by distances on a desk.
 /// What other effects do is in a table in the documentation of [`materials`](crate::materials).
 ///
 /// ```
@@ -174,6 +176,7 @@ use bevy::{
     DebandDither = DebandDither::Disabled,
     AmbientLight = AmbientLight { brightness: 0.0, ..default() },
     NoBackgroundMotionVectors,
+    ClusterConfig = clusters_of_a_desk(),
 )]
 pub struct ArCamera {
     /// Intrinsics of the real camera, scaled to the size of the frames that arrive; those for another shape are not
@@ -184,6 +187,12 @@ pub struct ArCamera {
     pub intrinsics: Option<Intrinsics>,
     /// Fit of a frame into a view of another shape. Defaults to [`FrameFit::Cover`].
     pub fit: FrameFit,
+}
+
+/// Clusters for lamps near by: Bevy's begin at 5 m, and spot lights of which none reaches that far would light nothing.
+fn clusters_of_a_desk() -> ClusterConfig {
+    let z_config = ClusterZConfig { first_slice_depth: 0.1, ..default() };
+    ClusterConfig::FixedZ { total: 4096, z_slices: 24, z_config, dynamic_resizing: true }
 }
 
 /// Horizontal field of view in radians that is assumed for cameras without intrinsics (60°, a common webcam).

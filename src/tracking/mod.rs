@@ -24,6 +24,10 @@
 //! hidden. It is also more exact, and not [ambiguous](PoseCandidates::is_ambiguous) where they are not all in one
 //! plane.
 //!
+//! # Printed buttons
+//! A [`VirtualButton`] is a field of dots on a marker's sheet. [`VirtualButtonState`] and the events [`ButtonCovered`]
+//! and [`ButtonUncovered`] say when something covers it.
+//!
 //! # What moves
 //! With [`WorldOrigin`] on one anchor, that anchor stays where the game put it and the camera moves. Without it the
 //! camera stays and the anchors move. Distances are meters in the world, whatever the scale of the parents of cameras
@@ -32,7 +36,9 @@
 //! # Several cameras
 //! Each [`ArCamera`](crate::camera::ArCamera) is posed by the markers in its own frames; [`MarkerViews`] has the poses
 //! in all of them, [`MarkerTracking`] that of the first camera that tracks the marker (active cameras first, then by
-//! `Camera::order`, then by entity). The same camera places an anchor without [`WorldOrigin`].
+//! `Camera::order`, then by entity). An anchor without [`WorldOrigin`] is placed where all cameras together see it that
+//! see it at the same moment (within 20 ms) and whose pose is known. Two cameras that look from different sides know
+//! its distance many times better than one (forty times in rendered frames).
 //!
 //! # Lost markers
 //! A lost marker is a state, not an error: [`MarkerTracking::state`] changes, everything keeps its last pose, and
@@ -70,8 +76,8 @@
 //! # Cost
 //! A search takes 6 to 12 ms of CPU for a 640 × 480 frame and 25 to 40 ms for 1280 × 720 (with and without
 //! optimization); four times that if a wanted marker is not detected at half resolution. A marker that is followed from
-//! frame to frame takes 1 to 3 ms in both. It all runs in the background for live feeds (`cargo bench --bench
-//! tracking`).
+//! frame to frame takes 1 to 3 ms in both. Four printed buttons take 0.14 ms. It all runs in the background for live
+//! feeds (`cargo bench --bench tracking`).
 
 mod align_pattern;
 mod anchor;
@@ -81,6 +87,7 @@ mod apriltag;
 mod apriltag_family;
 mod board;
 mod board_pose;
+mod buttons;
 mod detect_markers;
 mod detection;
 mod detector;
@@ -102,6 +109,7 @@ mod same_number;
 #[cfg(feature = "apriltag")]
 mod sheet;
 mod track;
+mod triangulate;
 
 pub use anchor::{MarkerAnchor, WorldOrigin};
 #[cfg(feature = "apriltag")]
@@ -109,6 +117,7 @@ pub use apriltag::AprilTagDetector;
 #[cfg(feature = "apriltag")]
 pub use apriltag_family::marker_cells;
 pub use board::{BoardMarker, MarkerBoard};
+pub use buttons::{ButtonCovered, ButtonUncovered, VirtualButton, VirtualButtonState};
 pub use detect_markers::detect_markers;
 pub use detection::MarkerDetection;
 pub use detector::{DetectedMarker, LumaView, MarkerDetector};
@@ -255,6 +264,7 @@ impl Plugin for TrackingPlugin {
                     track::estimate_poses,
                     track::apply_poses,
                     marker_events::report_markers,
+                    buttons::press_buttons,
                     recording::record_frames,
                 )
                     .chain()

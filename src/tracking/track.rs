@@ -8,6 +8,7 @@ use super::{
     placement::Placement,
     recording::Recorded,
     same_number::{FollowedSheets, SameNumber},
+    triangulate::{Sighting, triangulate},
 };
 use crate::camera::{ArCamera, CameraFeed, CameraFrame, camera_rank};
 use bevy::{
@@ -174,6 +175,7 @@ impl MarkerTracking {
 #[derive(QueryData)]
 pub(super) struct PosedAnchor {
     entity: Entity,
+    anchor: &'static MarkerAnchor,
     views: &'static MarkerViews,
     filter: &'static PoseFilter,
     histories: &'static PoseHistories,
@@ -192,18 +194,27 @@ impl PosedAnchorItem<'_, '_> {
     }
 }
 
+/// Camera of which frames were searched.
+#[derive(QueryData)]
+pub(super) struct SearchedCamera {
+    entity: Entity,
+    camera: &'static Camera,
+    ar_camera: &'static ArCamera,
+    frame: &'static CameraFrame,
+}
+
 /// Moves each camera to where its frames show the origin of the world, and the other anchors to where the cameras see
 /// them.
 pub(super) fn apply_poses(
     mut commands: Commands,
-    cameras: Query<(Entity, &Camera), (With<ArCamera>, With<DetectedMarkers>)>,
-    anchors: Query<PosedAnchor, With<MarkerAnchor>>,
+    cameras: Query<SearchedCamera, With<DetectedMarkers>>,
+    anchors: Query<PosedAnchor>,
     placement: Placement,
     time: Option<Res<Time<Real>>>,
 ) {
     let now = time.map_or(Duration::ZERO, |time| time.elapsed());
     let mut sorted: Vec<_> = cameras.iter().collect();
-    sorted.sort_by_key(|(entity, camera)| camera_rank(*entity, camera));
+    sorted.sort_by_key(|camera| camera_rank(camera.entity, camera.camera));
     let mut origins: Vec<_> = anchors.iter().filter(|anchor| anchor.is_origin).collect();
     origins.sort_by_key(|anchor| anchor.entity);
     if origins.len() > 1 {
@@ -213,25 +224,34 @@ pub(super) fn apply_poses(
     if let Some(origin) = origins.first()
         && let Some(world_from_origin) = placement.world_from(origin.entity)
     {
-        for (camera, _) in &sorted {
-            if let Some(pose) = origin.camera_from_marker(*camera, now) {
+        for camera in sorted.iter().map(|camera| camera.entity) {
+            if let Some(pose) = origin.camera_from_marker(camera, now) {
                 let world_from_camera = world_from_origin * pose.inverse();
-                placement.place(&mut commands, *camera, world_from_camera);
-                moved.insert(*camera, world_from_camera);
+                placement.place(&mut commands, camera, world_from_camera);
+                moved.insert(camera, world_from_camera);
             }
         }
-        // Anchors are placed by cameras whose pose is known, if there are any.
-        sorted.sort_by_key(|(camera, _)| !moved.contains_key(camera));
+        // Anchors are placed by cameras whose pose is known, if any of these sees them.
+        sorted.sort_by_key(|camera| !moved.contains_key(&camera.entity));
     }
     let origin = origins.first().map(|origin| origin.entity);
     for anchor in anchors.iter().filter(|anchor| Some(anchor.entity) != origin) {
-        let seen = sorted.iter().find_map(|(camera, _)| {
-            anchor.views.get(*camera).filter(|view| view.state == MarkerState::Tracked)?;
-            Some((*camera, anchor.camera_from_marker(*camera, now)?))
-        });
-        let Some((camera, pose)) = seen else { continue };
-        if let Some(world_from_camera) = moved.get(&camera).copied().or_else(|| placement.world_from(camera)) {
-            placement.place(&mut commands, anchor.entity, world_from_camera * pose);
+        let sighting = |of: &SearchedCameraItem| {
+            let view = anchor.views.get(of.entity).filter(|view| view.state == MarkerState::Tracked)?;
+            Some(Sighting {
+                world_from_camera: moved.get(&of.entity).copied().or_else(|| placement.world_from(of.entity))?,
+                camera_from_marker: anchor.camera_from_marker(of.entity, now)?,
+                focal: of.ar_camera.intrinsics_for(of.frame).focal.x,
+                captured: view.last_seen_at?,
+            })
+        };
+        let (known, other) = sorted.split_at(moved.len());
+        let mut sightings: Vec<_> = known.iter().filter_map(sighting).collect();
+        if sightings.is_empty() {
+            sightings.extend(other.iter().filter_map(sighting));
+        }
+        if let Some(pose) = triangulate(&sightings, anchor.anchor.size) {
+            placement.place(&mut commands, anchor.entity, pose);
         }
     }
 }

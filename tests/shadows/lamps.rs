@@ -110,6 +110,19 @@ fn point_and_spot_lamps_fall_off_with_the_square_of_the_distance() {
 }
 
 #[test]
+fn spot_lamps_of_short_range_light_the_desk() {
+    let Some(mut desk) = measured_desk() else { return };
+    let intensity = 4.0 * PI * 0.09 * as_bright_as_the_room();
+    let aim = Transform::from_xyz(0.0, 0.3, 0.0).looking_at(Vec3::ZERO, Vec3::Z);
+    let lamp = SpotLight { intensity, range: 1.0, inner_angle: 0.3, outer_angle: 0.4, ..default() };
+    desk.app.world_mut().spawn((lamp, aim));
+    let factor = factor(&desk.shoot(), Vec2::ZERO);
+    println!("a lamp with a range of 1 m: {factor:.4}");
+    // Bevy's lamps fade out towards their range.
+    assert!((1.95..=2.01).contains(&factor));
+}
+
+#[test]
 fn virtual_and_real_boxes_throw_shadows_of_lamps_on_the_desk() {
     let (shadowed, open) = (Vec2::new(-0.07, 0.0), Vec2::new(0.2, 0.1));
     for is_real in [false, true] {

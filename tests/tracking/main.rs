@@ -3,6 +3,8 @@
 mod authoring;
 mod background;
 mod bsn;
+#[cfg(feature = "apriltag")]
+mod buttons;
 mod calibration;
 #[cfg(feature = "apriltag")]
 mod boards;
@@ -39,6 +41,8 @@ mod sheets;
 #[cfg(feature = "apriltag")]
 #[path = "../support/shared_data.rs"]
 mod shared_data;
+#[cfg(feature = "apriltag")]
+mod stereo;
 #[cfg(feature = "apriltag")]
 mod still_poses;
 #[cfg(feature = "webcam")]

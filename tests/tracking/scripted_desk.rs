@@ -95,9 +95,14 @@ impl Desk {
 
     /// A new picture arrives at a camera, with these markers in it.
     pub(crate) fn show_to(&mut self, camera: Entity, markers: &[DetectedMarker]) {
+        let pixels = FramePixels::new(LENS.size, vec![128; 4 * LENS.size.element_product() as usize]).expect("fits");
+        self.show_pixels_to(camera, markers, pixels);
+    }
+
+    /// The same with a picture of the test.
+    pub(crate) fn show_pixels_to(&mut self, camera: Entity, markers: &[DetectedMarker], pixels: FramePixels) {
         *self.script.lock().expect("no test panicked") = markers.to_vec();
         self.sequence += 1;
-        let pixels = FramePixels::new(LENS.size, vec![128; 4 * LENS.size.element_product() as usize]).expect("fits");
         let captured = Duration::from_millis(40 * self.sequence);
         let frame = CameraFrame::new(pixels, self.sequence, captured);
         self.app.world_mut().entity_mut(camera).insert(frame);

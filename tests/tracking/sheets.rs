@@ -144,3 +144,25 @@ fn what_does_not_fit_is_refused_with_the_sizes() {
     let without_ball = MarkerSheet::new(&anchor).with_ball(Vec2::ZERO, f32::NAN).to_svg();
     assert!(matches!(without_ball, Err(TrackingError::BadSize(_))));
 }
+
+#[test]
+fn the_dots_of_a_button_are_where_the_button_is() {
+    let anchor = MarkerAnchor::new(20, 0.04);
+    let (center, size) = (Vec2::new(0.02, 0.095), Vec2::new(0.056, 0.075));
+    let svg = MarkerSheet::new(&anchor).with_button(center, size, "a < b").to_svg().expect("fits on A4");
+    let marker = &read(&svg, MarkerFamily::Tag36h11)[0];
+    let middle = marker.corners.iter().sum::<DVec2>() / 4.0;
+    let number = |element: &str, name| attribute(element, name).and_then(|text| text.parse::<f64>().ok());
+    let dot = |element: &str| Some(DVec2::new(number(element, "cx")?, number(element, "cy")?) - middle);
+    let dots: Vec<DVec2> = svg.split("<circle").skip(1).filter_map(dot).collect();
+    let mean = dots.iter().sum::<DVec2>() / dots.len() as f64;
+    assert!(mean.distance(1000.0 * center.as_dvec2()) < MILLIMETERS, "{mean}");
+    // All of them are in the field, and fill it.
+    let reach = dots.iter().map(|dot| (*dot - mean).abs()).reduce(DVec2::max).expect("dots");
+    assert!(reach.cmplt(500.0 * size.as_dvec2()).all() && reach.cmpgt(350.0 * size.as_dvec2()).all(), "{reach}");
+    assert!(svg.contains(">a &lt; b</text>"));
+    let empty = MarkerSheet::new(&anchor).with_button(center, Vec2::ZERO, "").to_svg();
+    assert_eq!(empty, Err(TrackingError::BadSize(0.0)));
+    let beside = MarkerSheet::new(&anchor).with_button(Vec2::new(0.3, 0.0), size, "").to_svg();
+    assert!(matches!(beside, Err(TrackingError::DoesNotFit { .. })), "{beside:?}");
+}

@@ -65,11 +65,23 @@ impl Drawing {
         let _ = writeln!(self.body, "<circle cx=\"{x:.3}\" cy=\"{y:.3}\" r=\"{radius:.3}\" {}/>", kind.style());
     }
 
+    /// Draws a black disc.
+    pub(super) fn dot(&mut self, center: Vec2, radius: f32) {
+        let Vec2 { x, y } = center;
+        let _ = writeln!(self.body, "<circle cx=\"{x:.3}\" cy=\"{y:.3}\" r=\"{radius:.3}\"/>");
+    }
+
     /// Writes a line of text, its base line at `at.y`, its middle at `at.x`.
     pub(super) fn text(&mut self, at: Vec2, text: &str) {
+        self.label(at, FONT, text);
+    }
+
+    /// The same in letters of a height.
+    pub(super) fn label(&mut self, at: Vec2, height: f32, text: &str) {
+        let text = text.replace('&', "&amp;").replace('<', "&lt;");
         let _ = writeln!(
             self.body,
-            "<text x=\"{:.3}\" y=\"{:.3}\" font-family=\"sans-serif\" font-size=\"{FONT}\" text-anchor=\"middle\">{text}</text>",
+            "<text x=\"{:.3}\" y=\"{:.3}\" font-family=\"sans-serif\" font-size=\"{height}\" text-anchor=\"middle\">{text}</text>",
             at.x, at.y
         );
     }

@@ -2,6 +2,7 @@
 
 mod ball_ring;
 mod box_net;
+mod button_print;
 mod drawing;
 mod paper_size;
 
@@ -13,6 +14,7 @@ use bevy::{
     math::{Affine2, Rect, Vec2, Vec3, Vec3Swizzles},
     prelude::Isometry3d,
 };
+use button_print::ButtonPrint;
 use drawing::{Drawing, LINE, lines};
 
 /// Free edge of a page, which most printers leave white, in millimeters.
@@ -49,6 +51,7 @@ pub struct MarkerSheet {
     anchor: MarkerAnchor,
     board: MarkerBoard,
     ball: Option<BallRing>,
+    buttons: Vec<ButtonPrint>,
     box_size: Option<Vec3>,
 }
 
@@ -56,7 +59,14 @@ impl MarkerSheet {
     /// The marker of an anchor on A4 paper.
     pub fn new(anchor: &MarkerAnchor) -> Self {
         let board = MarkerBoard::default();
-        Self { paper: PaperSize::default(), anchor: anchor.clone(), board, ball: None, box_size: None }
+        Self {
+            paper: PaperSize::default(),
+            anchor: anchor.clone(),
+            board,
+            ball: None,
+            buttons: Vec::new(),
+            box_size: None,
+        }
     }
 
     /// A net to be cut out, folded and glued to a box with a marker on its top and its four sides: that of
@@ -78,6 +88,14 @@ impl MarkerSheet {
         Self { ball: Some(BallRing::new(ball, radius)), ..self }
     }
 
+    /// Adds the dots of a [`VirtualButton`](super::VirtualButton), and a label above them, which may be empty. Its
+    /// middle is at `center` (to the right and to the bottom edge from the center of the anchor's marker); lengths in
+    /// meters.
+    pub fn with_button(mut self, center: Vec2, size: Vec2, label: &str) -> Self {
+        self.buttons.push(ButtonPrint::new(center, size, label));
+        self
+    }
+
     /// The same on other paper.
     pub fn on(self, paper: PaperSize) -> Self {
         Self { paper, ..self }
@@ -88,8 +106,8 @@ impl MarkerSheet {
     /// # Errors
     /// [`TrackingError::DoesNotFit`] if the page is too small, [`TrackingError::BoxTooSmall`] if the box is;
     /// [`TrackingError::NotInPlane`] for a board that no flat
-    /// sheet can have; [`TrackingError::BadSize`] for a ball or box without a size; as [`MarkerAnchor::check`] and
-    /// [`MarkerBoard::check`]; [`TrackingError::OutOfMemory`].
+    /// sheet can have; [`TrackingError::BadSize`] for a ball, button or box without a size; as [`MarkerAnchor::check`]
+    /// and [`MarkerBoard::check`]; [`TrackingError::OutOfMemory`].
     pub fn to_svg(&self) -> Result<String, TrackingError> {
         self.anchor.check()?;
         self.board.check(&self.anchor)?;
@@ -124,6 +142,9 @@ impl MarkerSheet {
             bounds = bounds.union(ball.bounds()?);
             strips = ball.strips(width)?;
         }
+        for button in &self.buttons {
+            bounds = bounds.union(button.bounds()?);
+        }
         let captions = self.captions(width);
         let strip_height: f32 = strips.iter().map(|strip| strip.y + GAP).sum();
         let below = GAP + strip_height + captions.len() as f32 * LINE + 3.0 * LINE;
@@ -135,6 +156,9 @@ impl MarkerSheet {
         let mut drawing = Drawing::new(self.paper);
         for (marker, sheet_from_marker) in placed {
             draw(&mut drawing, &marker, Affine2::from_translation(shift) * sheet_from_marker)?;
+        }
+        for button in &self.buttons {
+            button.draw(&mut drawing, shift);
         }
         let mut y = start + bounds.height() + GAP;
         if let Some(ball) = &self.ball {
