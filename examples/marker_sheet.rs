@@ -5,11 +5,14 @@
 //! cargo run --example marker_sheet -- --kind ball --paper A4-landscape --out sheet.svg
 //! ```
 
+#[path = "support/dance_mat.rs"]
+mod dance_mat;
 #[path = "support/mod.rs"]
 mod support;
 
 use bevy::math::{Vec2, Vec3};
 use bevy_mirrorball::tracking::{MarkerAnchor, MarkerBoard, MarkerFamily, MarkerSheet, PaperSize};
+use dance_mat::DanceMat;
 use lexopt::prelude::*;
 use std::{path::PathBuf, process::ExitCode};
 use support::{Outcome, exit_code};
@@ -17,7 +20,8 @@ use support::{Outcome, exit_code};
 const USAGE: &str = "marker_sheet --kind KIND --out FILE
 
   --kind KIND        marker: one marker; ball: with the place of a mirrored ball; board: with six
-                     small markers around the ball; grid: rows and columns; box: a net to glue
+                     small markers around the ball; grid: rows and columns; box: a net to glue;
+                     mat: fields for the dance game, as wide as the paper
   --out FILE         the SVG
   --paper PAPER      A5, A4, A3, Letter, also as A4-landscape, or 200x150 in millimeters [A4]
   --family FAMILY    family of markers [tag36h11]
@@ -68,8 +72,14 @@ fn run() -> Outcome<String> {
             let board = MarkerBoard::grid(&small, grid[0] as u32, grid[1] as u32, grid[2] / 1000.0);
             MarkerSheet::new(&small).with_board(&board)
         }
+        "mat" => {
+            let mat = DanceMat::of_width(paper.width / 1000.0);
+            let sheet = MarkerSheet::new(&mat.anchor()).with_board(&mat.board());
+            let fields = mat.field_centers().into_iter().zip(["\u{2190}", "\u{2193}", "\u{2191}", "\u{2192}"]);
+            fields.fold(sheet, |sheet, (center, arrow)| sheet.with_button(center, mat.field_size(), arrow))
+        }
         "box" => MarkerSheet::box_net(&small, Vec3::from_array(box_size) / 1000.0, small.size),
-        other => return Err(format!("--kind {other}: write marker, ball, board, grid or box").into()),
+        other => return Err(format!("--kind {other}: write marker, ball, board, grid, box or mat").into()),
     };
     let out = out.ok_or("--out is missing; see --help")?;
     std::fs::write(&out, sheet.on(paper).to_svg()?).map_err(|error| format!("{}: {error}", out.display()))?;

@@ -4,6 +4,7 @@
 #   webcam    building the feature `webcam`
 #   window    opening windows, where there is a display
 #   audio     building the feature `audio`
+#   gamepad   building the feature `gamepad`
 
 # Prints the driver file of lavapipe, Mesa's software Vulkan. Fails if there is none.
 software_vulkan() {
@@ -91,6 +92,8 @@ missing_packages() {
         webcam) if ! has_libclang; then echo libclang1; fi ;;
         # Bevy's sound is built on ALSA
         audio) if ! pkg-config --exists alsa 2>/dev/null; then echo libasound2-dev; fi ;;
+        # gamepads are found with it
+        gamepad) if ! pkg-config --exists libudev 2>/dev/null; then echo libudev-dev; fi ;;
         # loaded by name when a window is opened; a desktop has them
         window)
             if [ -z "${DISPLAY:-}" ]; then continue; fi
@@ -106,15 +109,15 @@ missing_packages() {
 
 # For systems that this script does not install on.
 say_what_is_needed() {
-    echo "Needed: a C compiler, pkg-config, the Vulkan loader and Mesa's software Vulkan driver (lavapipe); for webcams libclang, for sound ALSA."
+    echo "Needed: a C compiler, pkg-config, the Vulkan loader and Mesa's software Vulkan driver (lavapipe); for webcams libclang, for sound ALSA, for gamepads libudev."
     if [ "$(uname -s)" = Darwin ]; then
         echo "  macOS:  xcode-select --install    (graphics come with the system)"
     elif command -v dnf >/dev/null; then
-        echo "  Fedora: sudo dnf install gcc pkgconf-pkg-config vulkan-loader mesa-vulkan-drivers clang-libs alsa-lib-devel"
+        echo "  Fedora: sudo dnf install gcc pkgconf-pkg-config vulkan-loader mesa-vulkan-drivers clang-libs alsa-lib-devel systemd-devel"
     elif command -v pacman >/dev/null; then
-        echo "  Arch:   sudo pacman -S --needed gcc pkgconf vulkan-icd-loader vulkan-swrast clang alsa-lib"
+        echo "  Arch:   sudo pacman -S --needed gcc pkgconf vulkan-icd-loader vulkan-swrast clang alsa-lib systemd-libs"
     elif command -v apt-get >/dev/null; then
-        echo "  Debian, Ubuntu: apt-get install gcc libc6-dev pkg-config libvulkan1 mesa-vulkan-drivers libclang-dev libasound2-dev    (as root)"
+        echo "  Debian, Ubuntu: apt-get install gcc libc6-dev pkg-config libvulkan1 mesa-vulkan-drivers libclang-dev libasound2-dev libudev-dev    (as root)"
     fi
 }
 

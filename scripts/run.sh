@@ -21,16 +21,19 @@ wishes=(window)
 for argument in "$@"; do
     case $argument in device:* | --feed=device:*) features+=,webcam wishes+=(webcam) ;; esac
 done
-# Without a display there is nothing to hear either. Elsewhere than on Linux sound needs nothing.
-if [ "$(uname -s)" != Linux ] || [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ]; then wishes+=(audio); fi
+# Without a display there is nothing to hear or to play either. Elsewhere than on Linux both need nothing.
+if [ "$(uname -s)" != Linux ] || [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ]; then wishes+=(audio gamepad); fi
 install_packages "${wishes[@]}"
+# Whether headers are there that something is built with; says what the game lacks without.
+has_headers() {
+    if [ "$(uname -s)" != Linux ] || pkg-config --exists "$1"; then return 0; fi
+    echo "dance stage: without the headers of $1 the game has no $2"
+    return 1
+}
 case " ${wishes[*]} " in
-*" audio "*)
-    if [ "$(uname -s)" != Linux ] || pkg-config --exists alsa; then
-        features+=,audio
-    else
-        echo "dance stage: without the headers of ALSA the game is silent"
-    fi
+*" audio gamepad "*)
+    if has_headers alsa sound; then features+=,audio; fi
+    if has_headers libudev gamepads; then features+=,gamepad; fi
     ;;
 esac
 

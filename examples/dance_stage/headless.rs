@@ -3,7 +3,7 @@
 use crate::{
     Outcome, Show, asset_plugin,
     dancer::Dance,
-    game::Screen,
+    game::{Choice, Screen},
     options::Options,
     result_file,
     support::{fits_device, headless_log, loading_error, rgb_image},
@@ -45,10 +45,9 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
         .map_err(|error| format!("cannot make the folder {}: {error}", options.out.display()))?;
     let view = View::open(options, FeedPace::Lockstep)?;
     let plugins = headless::default_plugins().set(asset_plugin(options)?);
-    let mut show = Show::open(options)?;
     // Pictures show the arrows at once.
-    show.choice.lead_in = 1.0;
-    show.choice.plays_intro = false;
+    let usual = Choice { lead_in: 1.0, plays_intro: false, ..default() };
+    let show = Show::open(options, options.choice(usual))?;
     let mut scene = Handle::default();
     let mut app = headless::build_app(plugins, |app| {
         app.add_plugins((headless_log(), RenderDiagnosticsPlugin, MirrorballPlugins));
@@ -76,7 +75,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
 
     // The recording starts with the first frame of the feed and the first beat.
     app.insert_resource(TimeUpdateStrategy::ManualDuration(STEP)).insert_resource(Dance::default());
-    if options.choice.is_demo {
+    if options.is_demo {
         app.world_mut().resource_mut::<NextState<Screen>>().set(Screen::Dance);
     }
     view.restart(app.world_mut(), camera);

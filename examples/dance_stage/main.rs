@@ -13,18 +13,23 @@
 mod composer;
 mod dancer;
 mod game;
+#[path = "../support/dance_mat.rs"]
+mod dance_mat;
 mod headless;
 mod hud;
+mod mat;
 mod options;
 mod places;
 #[expect(dead_code, reason = "tests need more of it")]
 mod random;
+mod remembered;
 mod result_file;
 #[expect(dead_code, unused_imports, reason = "its tests need more of it")]
 mod rules;
 #[expect(dead_code, unused_imports, reason = "the composer and its tests need more of it")]
 mod song;
 mod stage;
+mod stage_lights;
 #[path = "../support/mod.rs"]
 mod support;
 mod usage;
@@ -34,6 +39,7 @@ mod window;
 use bevy::asset::{AssetPath, UnapprovedPathMode};
 use bevy::prelude::*;
 use bevy_mirrorball::prelude::*;
+use dance_mat::DanceMat;
 use game::{Choice, Song};
 use options::{Options, SongFile};
 use places::PlacePlugin;
@@ -68,13 +74,13 @@ struct Show<'a> {
 }
 
 impl<'a> Show<'a> {
-    fn open(options: &'a Options) -> Outcome<Self> {
+    fn open(options: &'a Options, choice: Choice) -> Outcome<Self> {
         let scene = scene_path(&options.scene_file()).ok_or("--scene names no file")?;
         let song = open_song(options)?;
         if options.scene.is_none() {
             dancer::check_file(&options.dancer)?;
         }
-        Ok(Self { options, song, choice: options.choice.clone(), scene })
+        Ok(Self { options, song, choice, scene })
     }
 
     /// Adds the game, the scene and, unless that is a place or the user's (`--scene`), the stage. Returns the scene.
@@ -90,12 +96,16 @@ impl<'a> Show<'a> {
                 .insert_resource(dancer::DancerFile(options.dancer.clone()))
                 .add_systems(Startup, (dancer::spawn, stage::start_as_toon).chain());
         }
+        if let Some(width) = options.mat {
+            mat::spawn(app.world_mut(), DanceMat::of_width(width), options.has_shoes);
+        }
         if let Some(place) = options.place {
             app.add_plugins(PlacePlugin(place));
             return places::spawn(app.world_mut(), place, scene);
         }
         if options.scene.is_none() {
-            app.add_systems(Startup, stage::spawn.before(stage::start_as_toon));
+            app.add_plugins(stage_lights::StageLightsPlugin)
+                .add_systems(Startup, stage::spawn.before(stage::start_as_toon));
         }
         let scene = app.world().resource::<AssetServer>().load(scene);
         app.world_mut().spawn(WorldAssetRoot(scene.clone()));
@@ -109,7 +119,7 @@ fn open_song(options: &Options) -> Outcome<Song> {
         SongFile::Steps(path) => (path, Simfile::open(path)?),
         SongFile::Music(path) => {
             println!("dance_stage: setting arrows to {}", path.display());
-            (path, composer::compose_file(path, options.choice.seed)?)
+            (path, composer::compose_file(path, options.seed)?)
         }
     };
     if let Some(path) = &options.save_song {

@@ -48,12 +48,21 @@ pub(crate) struct Options {
     lens: Option<Lens>,
     set: Option<PathBuf>,
     pub scene: Option<PathBuf>,
+    /// Width of the printed mat in meters.
+    pub mat: Option<f32>,
+    /// Whether there are markers on the shoes.
+    pub has_shoes: bool,
     /// Names of the objects that start as toon.
     pub toons: Vec<&'static str>,
     pub song: SongFile,
     /// StepMania file to write.
     pub save_song: Option<PathBuf>,
-    pub choice: Choice,
+    difficulty: Option<Difficulty>,
+    players: Option<usize>,
+    /// Whether the players dance by themselves.
+    pub is_demo: bool,
+    /// Seed of chance: of what a demo does, and of the arrows that are set to music.
+    pub seed: u64,
     /// The glTF file of the dancer.
     pub dancer: PathBuf,
     pub is_headless: bool,
@@ -73,10 +82,15 @@ impl Options {
             lens: None,
             set: None,
             scene: None,
+            mat: None,
+            has_shoes: false,
             toons: Vec::new(),
             song: SongFile::Steps(asset_path("music/vibe_ace.sm")),
             save_song: None,
-            choice: Choice::default(),
+            difficulty: None,
+            players: None,
+            is_demo: false,
+            seed: 1,
             dancer: asset_path("models/dancer.glb"),
             is_headless: false,
             result: None,
@@ -96,17 +110,19 @@ impl Options {
                 Long("fov") => options.lens = Some(Lens::FieldOfView(parser.value()?.parse_with(parse_fov)?)),
                 Long("set") => options.set = Some(parser.value()?.into()),
                 Long("scene") => options.scene = Some(parser.value()?.into()),
+                Long("mat") => options.mat = Some(parser.value()?.parse_with(parse_mat)?),
+                Long("shoes") => options.has_shoes = true,
                 Long("toon") => options.toons = parser.value()?.parse_with(parse_toons)?,
                 Long("solo") => options.place = options.place.or(Some(Place::Stonehenge)),
                 Long("place") => options.place = Some(parser.value()?.parse_with(parse_place)?),
                 Long("song") => options.song = SongFile::Steps(parser.value()?.into()),
                 Long("music") => options.song = SongFile::Music(parser.value()?.into()),
                 Long("save-song") => options.save_song = Some(parser.value()?.into()),
-                Long("difficulty") => options.choice.difficulty = parser.value()?.parse_with(parse_difficulty)?,
-                Long("players") => options.choice.players = parser.value()?.parse_with(parse_players)?,
+                Long("difficulty") => options.difficulty = Some(parser.value()?.parse_with(parse_difficulty)?),
+                Long("players") => options.players = Some(parser.value()?.parse_with(parse_players)?),
                 Long("dancer") => options.dancer = parser.value()?.into(),
-                Long("demo") => options.choice.is_demo = true,
-                Long("seed") => options.choice.seed = parser.value()?.parse()?,
+                Long("demo") => options.is_demo = true,
+                Long("seed") => options.seed = parser.value()?.parse()?,
                 Long("result") => options.result = Some(parser.value()?.into()),
                 Long("headless") => options.is_headless = true,
                 Long("frames") => options.frames = parser.value()?.parse_with(parse_frames)?,
@@ -120,7 +136,10 @@ impl Options {
             return Err("--scene is shown without set and stage; leave out --set and --toon, or --scene".into());
         }
         options.refuse_camera_of_solo()?;
-        if options.result.is_some() && !(options.is_headless && options.choice.is_demo) {
+        if options.has_shoes && options.mat.is_none() {
+            return Err("--shoes step on a mat; add --mat WIDTH, or leave it out".into());
+        }
+        if options.result.is_some() && !(options.is_headless && options.is_demo) {
             return Err(
                 "--result is what a demo without a window reaches; add --headless --demo, or leave it out".into()
             );
@@ -135,6 +154,7 @@ impl Options {
             ("--intrinsics, --calibration and --fov", self.lens.is_some()),
             ("--set", self.set.is_some()),
             ("--scene", self.scene.is_some()),
+            ("--mat", self.mat.is_some()),
         ];
         match of_camera.into_iter().find(|(_, is_given)| *is_given && self.place.is_some()) {
             Some((option, _)) => Err(format!(
@@ -144,6 +164,13 @@ impl Options {
             .into()),
             None => Ok(()),
         }
+    }
+
+    /// The next dance: what the command line says, and the rest as it is chosen usually.
+    pub(crate) fn choice(&self, usual: Choice) -> Choice {
+        let difficulty = self.difficulty.unwrap_or(usual.difficulty);
+        let players = self.players.unwrap_or(usual.players);
+        Choice { difficulty, players, is_demo: self.is_demo, seed: self.seed, ..usual }
     }
 
     /// The glTF file of the place, or with the places of the real objects.
@@ -219,6 +246,13 @@ fn parse_fov(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(degrees) if (1.0..=170.0).contains(&degrees) => Ok(degrees),
         _ => Err("--fov takes the horizontal field of view in degrees, 1 to 170".to_owned()),
+    }
+}
+
+fn parse_mat(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(millimeters) if (100.0..=5000.0).contains(&millimeters) => Ok(0.001 * millimeters),
+        _ => Err(format!("--mat takes the width of the printed mat in millimeters, 100 to 5000, not {text}")),
     }
 }
 

@@ -6,6 +6,9 @@ use bevy_mirrorball::prelude::*;
 /// Height of the dance floor in meters.
 pub(crate) const FLOOR: f32 = 0.012;
 
+/// Middle of the mirror ball, in meters.
+pub(crate) const MIRROR_BALL: Vec3 = Vec3::new(-0.125, 0.105, 0.0);
+
 /// Names of the objects that can be switched, in the order in which they are spawned.
 pub(crate) const THINGS: [&str; 6] = ["dancer", "floor", "rim", "left loudspeaker", "right loudspeaker", "mirror ball"];
 
@@ -48,10 +51,10 @@ pub(crate) fn spawn(
             shape(&mut speaker, cone, &black, Vec3::new(0.0, height, -0.018));
         }
     }
-    let mut mirror_ball = thing(&mut commands, mirror_ball, Vec3::new(-0.125, 0.0, 0.0));
+    let mut mirror_ball = thing(&mut commands, mirror_ball, MIRROR_BALL.with_y(0.0));
     shape(&mut mirror_ball, round(0.018, 0.005), &black, Vec3::Y * 0.0025);
     shape(&mut mirror_ball, round(0.0025, 0.085), &black, Vec3::Y * 0.0425);
-    shape(&mut mirror_ball, Sphere::new(0.024).mesh().uv(48, 24), &chrome, Vec3::Y * 0.105);
+    shape(&mut mirror_ball, Sphere::new(0.024).mesh().uv(48, 24), &chrome, Vec3::Y * MIRROR_BALL.y);
 }
 
 /// Spawns a named object whose style can be switched.

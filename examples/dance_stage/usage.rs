@@ -17,6 +17,10 @@ usage: dance_stage [OPTIONS]
                            the marker (default: assets/desk/set.glb for the recorded desk, else
                            assets/desk/bare_set.glb, which has nothing but marker and ball)
   --scene FILE             the same with virtual things of its own, instead of set and stage
+  --mat MM                 a printed mat to step on with fingers or feet, this wide (A4: 297); the example marker_sheet
+                           prints it (--kind mat)
+  --shoes                  with feet whose shoes bear the markers 30 and 31, 50 mm wide; two cameras know best
+                           where they are, but one will do
   --toon THING[,THING…]    what starts as toon: dancer, floor, rim, left loudspeaker, right loudspeaker, mirror ball,
                            stonehenge, or all
   --solo                   no camera: the dancer is in a place of its own
@@ -39,5 +43,7 @@ usage: dance_stage [OPTIONS]
   --result FILE            write what the players have reached to a JSON file (with --headless --demo)
 
 Keys: arrow keys or W, A, S, D step; with two players the first has the letters, the second the arrow keys. Enter
-starts, Space is the pause, C on the title measures how late screen and keys are, Esc goes back and ends. 1 to 9 switch
-one thing between toon and image-based, T all of them, a click shows all settings of a thing, Tab the panel.";
+starts, Space is the pause, C on the title measures how late screen and keys are, H lists all keys and buttons, Esc goes
+back and ends. 1 to 9 switch one thing between toon and image-based, T all of them, a click shows all settings of a
+thing, Tab or F1 the panel, F11 full screen, L the lights of the stage. Gamepads and dance mats need the feature
+`gamepad`, sound the feature `audio`.";

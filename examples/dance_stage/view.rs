@@ -8,7 +8,7 @@ use crate::{
     places::{PlaceRoot, Scenery},
     support::Outcome,
 };
-use bevy::{animation::AnimationPlayer, prelude::*, ui::IsDefaultUiCamera};
+use bevy::{animation::AnimationPlayer, camera::ShadowLodOrigin, prelude::*, ui::IsDefaultUiCamera};
 use bevy_mirrorball::{
     camera::FeedState, environment_map::EnvironmentCube, headless, prelude::*, probe::ProbeMeasurement,
 };
@@ -47,7 +47,7 @@ impl View {
             Self::Desk { camera, feed, .. } => world.spawn(((**camera).clone(), feed.clone())).id(),
             Self::Place(scenery) => scenery.spawn_camera(world),
         };
-        world.entity_mut(camera).insert(IsDefaultUiCamera);
+        world.entity_mut(camera).insert((IsDefaultUiCamera, ShadowLodOrigin));
         camera
     }
 

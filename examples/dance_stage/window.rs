@@ -5,8 +5,9 @@ use crate::game::MusicPlugin;
 use crate::{
     Outcome, Show, asset_plugin,
     dancer::Dance,
-    game::{ControlsPlugin, Screen},
+    game::{ControlsPlugin, MenuAction, Screen},
     options::Options,
+    remembered::{RememberPlugin, Remembered},
     stage,
     support::window_log,
     view::View,
@@ -17,7 +18,7 @@ use bevy::{
     prelude::*,
     render::{diagnostic::RenderDiagnosticsPlugin, render_resource::BlendState},
     ui::IsDefaultUiCamera,
-    window::{PrimaryWindow, WindowResolution},
+    window::{PrimaryWindow, WindowMode, WindowResolution},
 };
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 use bevy_mirrorball::{
@@ -63,7 +64,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     .add_plugins((DefaultPickingPlugins, MeshPickingPlugin))
     .add_observer(select)
     .add_systems(Startup, spawn_panel_camera)
-    .add_systems(Update, (stage::switch_styles, hold_the_dance.run_if(not(in_state(Screen::Dance))), open_panel))
+    .add_systems(Update, (stage::switch_styles, hold_the_dance.run_if(not(in_state(Screen::Dance))), change_window))
     .add_systems(PreUpdate, leave_room_for_panel);
     #[cfg(feature = "audio")]
     app.add_plugins(MusicPlugin);
@@ -73,8 +74,11 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     app.world_mut().resource_mut::<EguiGlobalSettings>().auto_create_primary_context = false;
     // The game is shown over the camera's picture, beside the panel.
     view.spawn_camera(app.world_mut());
-    Show::open(options)?.build(&mut app);
-    if options.choice.is_demo {
+    app.add_plugins(RememberPlugin);
+    let remembered = app.world().resource::<Remembered>().clone();
+    app.insert_resource(remembered.latency());
+    Show::open(options, options.choice(remembered.choice()))?.build(&mut app);
+    if options.is_demo {
         app.world_mut().resource_mut::<NextState<Screen>>().set(Screen::Dance);
     }
     match app.run() {
@@ -117,16 +121,38 @@ fn leave_room_for_panel(
     }
 }
 
-/// Shows the style of the thing under the pointer. A click rises from the mesh that it hits to its ancestors.
-fn select(click: On<Pointer<Click>>, things: Query<(), With<SurfaceStyle>>, mut panel: ResMut<MirrorballPanel>) {
-    if things.contains(click.entity) {
+/// Shows the style of the thing under the pointer, unless an entry of a menu is before it. A click rises from the mesh
+/// that it hits to its ancestors.
+fn select(
+    click: On<Pointer<Click>>,
+    things: Query<(), With<SurfaceStyle>>,
+    entries: Query<&Interaction>,
+    mut panel: ResMut<MirrorballPanel>,
+) {
+    let is_on_menu = entries.iter().any(|interaction| *interaction != Interaction::None);
+    if things.contains(click.entity) && !is_on_menu {
         *panel = MirrorballPanel { is_open: true, selected: Some(click.entity), ..*panel };
     }
 }
 
-fn open_panel(keys: Res<ButtonInput<KeyCode>>, mut panel: ResMut<MirrorballPanel>) {
-    if keys.just_pressed(KeyCode::Tab) {
-        panel.is_open = !panel.is_open;
+fn change_window(
+    mut actions: MessageReader<MenuAction>,
+    mut panel: ResMut<MirrorballPanel>,
+    mut windows: Query<&mut Window, With<PrimaryWindow>>,
+) {
+    for action in actions.read() {
+        match action {
+            MenuAction::SwitchPanel => panel.is_open = !panel.is_open,
+            MenuAction::SwitchFullScreen => {
+                for mut window in &mut windows {
+                    window.mode = match window.mode {
+                        WindowMode::Windowed => WindowMode::BorderlessFullscreen(MonitorSelection::Current),
+                        _ => WindowMode::Windowed,
+                    };
+                }
+            }
+            _ => {}
+        }
     }
 }
 

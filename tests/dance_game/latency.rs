@@ -1,7 +1,7 @@
 //! Calibration of the delay of sound and input.
 
 use crate::random::Random;
-use crate::rules::{CalibrationError, LatencyCalibration};
+use crate::rules::{CalibrationError, LatencyCalibration, click_track};
 
 const BEAT: f64 = 0.5;
 
@@ -81,4 +81,21 @@ fn a_metronome_needs_a_beat() {
         assert_eq!(found, Some(CalibrationError::Beat(beat)));
     }
     assert!(LatencyCalibration::new(f64::NAN).is_err());
+}
+
+#[test]
+fn the_metronome_clicks_on_its_beats_and_is_still_between_them() {
+    let wav = click_track(0.6, 3.0);
+    let mut reader = hound::WavReader::new(&wav[..]).expect("a WAV file");
+    let rate = f64::from(reader.spec().sample_rate);
+    let samples: Vec<i16> = reader.samples().collect::<Result<_, _>>().expect("complete");
+    assert_eq!(samples.len() as f64, 3.0 * rate);
+    let loudest = |from: f64, to: f64| {
+        samples[(from * rate) as usize..(to * rate) as usize].iter().map(|sample| sample.unsigned_abs()).max()
+    };
+    for beat in 0..5 {
+        let beat = 0.6 * f64::from(beat);
+        assert!(loudest(beat, beat + 0.002) > Some(10_000), "no click at {beat}");
+        assert!(loudest(beat + 0.1, beat + 0.59) < Some(10), "noise after {beat}");
+    }
 }

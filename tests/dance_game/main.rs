@@ -12,10 +12,15 @@ mod game;
 mod random;
 #[path = "../../examples/dance_stage/rules/mod.rs"]
 mod rules;
+#[path = "../../examples/dance_stage/stage_lights/mirror_ball.rs"]
+mod mirror_ball;
 #[path = "../../examples/dance_stage/places/sky.rs"]
 mod sky;
 #[path = "../../examples/dance_stage/song/mod.rs"]
 mod song;
+#[expect(dead_code, reason = "tested by itself")]
+#[path = "../../examples/dance_stage/stage_lights/sweep.rs"]
+mod sweep;
 #[expect(dead_code, reason = "tested by itself")]
 #[path = "../../examples/dance_stage/places/view_point.rs"]
 mod view_point;
@@ -23,10 +28,12 @@ mod view_point;
 mod audio_device;
 mod choreography_poses;
 mod composing;
+mod controls;
 mod dancer_model;
 mod demo_dance;
 mod judging;
 mod latency;
+mod mat;
 mod simfile_mistakes;
 mod simfiles;
 mod song_clocks;

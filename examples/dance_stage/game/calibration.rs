@@ -1,6 +1,7 @@
-//! Measures how late steps are judged because of screen and keys: players step to a metronome that they see.
+//! Measures how late steps are judged because of screen and keys: players step to a metronome that they see
+//! and, with sound, hear.
 
-use super::{playback::Playback, screen::Screen};
+use super::{fields::NewPresses, gamepads::was_any_pressed, playback::Playback, screen::Screen};
 use crate::{
     rules::{CalibrationError, LatencyCalibration},
     song::{Row, TempoChange, Timing},
@@ -46,16 +47,21 @@ pub(super) fn start_metronome(mut commands: Commands) -> Result {
     Ok(())
 }
 
-/// Takes any key for a step but those that leave.
+/// Takes any key for a step but those that leave or show something else.
 pub(super) fn step_to_metronome(
     keys: Option<Res<ButtonInput<KeyCode>>>,
+    gamepads: Query<&Gamepad>,
+    mut presses: NewPresses,
     playback: Res<Playback>,
     mut calibration: ResMut<Calibration>,
     mut latency: ResMut<Latency>,
 ) {
-    let leaves = |key: &KeyCode| matches!(key, KeyCode::Escape | KeyCode::Enter | KeyCode::NumpadEnter | KeyCode::Tab);
-    let steps = keys.is_some_and(|keys| keys.get_just_pressed().any(|key| !leaves(key)));
-    if steps && let Some(outcome) = calibration.steps.step(playback.now) {
+    const NO_STEPS: [KeyCode; 6] =
+        [KeyCode::Escape, KeyCode::Enter, KeyCode::NumpadEnter, KeyCode::Tab, KeyCode::F1, KeyCode::F11];
+    let steps = keys.is_some_and(|keys| keys.get_just_pressed().any(|key| !NO_STEPS.contains(key)))
+        || gamepads.iter().any(was_any_pressed);
+    for age in presses.take().into_iter().chain(steps.then_some(0.0)) {
+        let Some(outcome) = calibration.steps.step(playback.now - age) else { continue };
         if let Ok(delay) = outcome {
             latency.0 = delay;
         }

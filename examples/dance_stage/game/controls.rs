@@ -1,74 +1,63 @@
-//! Keys of the menus and of the pause.
+//! Keys and buttons of the menus and of the pause.
 
 use super::{
-    playback::Playback,
-    screen::{Choice, Screen},
+    menu_action::{MenuAction, act},
+    screen::Screen,
 };
-use crate::song::Difficulty;
 use bevy::prelude::*;
 
-/// Lets keys choose, start, pause and leave a dance.
+/// Lets keys and gamepads choose, start, pause and leave a dance.
 pub(crate) struct ControlsPlugin;
 
 impl Plugin for ControlsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
-            Update,
-            (
-                choose.run_if(in_state(Screen::Title)),
-                pause_or_leave.run_if(in_state(Screen::Dance)),
-                return_to_title.run_if(in_state(Screen::Results).or_else(in_state(Screen::Calibration))),
-            ),
-        );
+        app.add_message::<MenuAction>()
+            .add_systems(Update, ((press_keys, press_buttons), act).chain().before(super::GameSystems::Listen));
     }
 }
 
-fn choose(
-    keys: Res<ButtonInput<KeyCode>>,
-    mut choice: ResMut<Choice>,
-    mut next: ResMut<NextState<Screen>>,
-    mut exit: MessageWriter<AppExit>,
+fn press_keys(
+    keys: Option<Res<ButtonInput<KeyCode>>>,
+    screen: Res<State<Screen>>,
+    mut actions: MessageWriter<MenuAction>,
 ) {
-    let steps = i32::from(keys.just_pressed(KeyCode::ArrowRight)) - i32::from(keys.just_pressed(KeyCode::ArrowLeft));
-    if steps != 0 {
-        let wanted = (choice.difficulty as i32 + steps).rem_euclid(Difficulty::ALL.len() as i32);
-        choice.difficulty = Difficulty::ALL[wanted as usize];
-    }
-    if keys.any_just_pressed([KeyCode::ArrowUp, KeyCode::ArrowDown]) {
-        choice.players = 3 - choice.players;
-    }
-    if keys.just_pressed(KeyCode::KeyD) {
-        choice.is_demo = !choice.is_demo;
-    }
-    if keys.any_just_pressed([KeyCode::Enter, KeyCode::NumpadEnter]) {
-        next.set(Screen::Dance);
-    }
-    if keys.just_pressed(KeyCode::KeyC) {
-        next.set(Screen::Calibration);
-    }
-    if keys.just_pressed(KeyCode::Escape) {
-        exit.write(AppExit::Success);
+    for key in keys.iter().flat_map(|keys| keys.get_just_pressed()) {
+        let action = match (screen.get(), key) {
+            (_, KeyCode::Escape) => MenuAction::Back,
+            (_, KeyCode::F11) => MenuAction::SwitchFullScreen,
+            (_, KeyCode::Tab | KeyCode::F1) => MenuAction::SwitchPanel,
+            (Screen::Dance, KeyCode::Space) => MenuAction::Pause,
+            (Screen::Dance, _) => continue,
+            (_, KeyCode::Enter | KeyCode::NumpadEnter) => MenuAction::Start,
+            (Screen::Title, KeyCode::ArrowLeft) => MenuAction::Easier,
+            (Screen::Title, KeyCode::ArrowRight) => MenuAction::Harder,
+            (Screen::Title, KeyCode::ArrowUp | KeyCode::ArrowDown) => MenuAction::SwitchPlayers,
+            (Screen::Title, KeyCode::KeyD) => MenuAction::SwitchDemo,
+            (Screen::Title, KeyCode::KeyC) => MenuAction::SetTiming,
+            (Screen::Title, KeyCode::KeyH) => MenuAction::ShowHelp,
+            _ => continue,
+        };
+        actions.write(action);
     }
 }
 
-fn pause_or_leave(
-    keys: Res<ButtonInput<KeyCode>>,
-    playback: Option<ResMut<Playback>>,
-    mut next: ResMut<NextState<Screen>>,
-) {
-    if keys.just_pressed(KeyCode::Escape) {
-        next.set(Screen::Title);
-    }
-    if let Some(mut playback) = playback
-        && keys.just_pressed(KeyCode::Space)
-    {
-        let is_paused = playback.is_paused();
-        playback.set_paused(!is_paused);
-    }
-}
-
-fn return_to_title(keys: Res<ButtonInput<KeyCode>>, mut next: ResMut<NextState<Screen>>) {
-    if keys.any_just_pressed([KeyCode::Enter, KeyCode::NumpadEnter, KeyCode::Escape]) {
-        next.set(Screen::Title);
+fn press_buttons(gamepads: Query<&Gamepad>, screen: Res<State<Screen>>, mut actions: MessageWriter<MenuAction>) {
+    for button in gamepads.iter().flat_map(Gamepad::get_just_pressed) {
+        let action = match (screen.get(), button) {
+            (Screen::Dance, GamepadButton::Start) => MenuAction::Pause,
+            (Screen::Dance | Screen::Calibration, GamepadButton::Select) => MenuAction::Back,
+            // There, all others are steps.
+            (Screen::Dance | Screen::Calibration, _) => continue,
+            (Screen::Results | Screen::Help, GamepadButton::East | GamepadButton::Select) => MenuAction::Back,
+            (_, GamepadButton::South | GamepadButton::Start) => MenuAction::Start,
+            (Screen::Title, GamepadButton::DPadLeft) => MenuAction::Easier,
+            (Screen::Title, GamepadButton::DPadRight) => MenuAction::Harder,
+            (Screen::Title, GamepadButton::DPadUp | GamepadButton::DPadDown) => MenuAction::SwitchPlayers,
+            (Screen::Title, GamepadButton::North) => MenuAction::SwitchDemo,
+            (Screen::Title, GamepadButton::West) => MenuAction::SetTiming,
+            (Screen::Title, GamepadButton::Select) => MenuAction::ShowHelp,
+            _ => continue,
+        };
+        actions.write(action);
     }
 }

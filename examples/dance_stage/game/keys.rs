@@ -42,14 +42,17 @@ pub(super) fn step_with_keys(
     };
     for (step_keys, mut steps) in &mut players {
         for (lane, lane_keys) in Lane::ALL.into_iter().zip(step_keys.0) {
-            let was_pressed = keys.any_just_pressed(lane_keys.iter().copied());
-            let was_released = keys.any_just_released(lane_keys.iter().copied());
-            // A panel is free when no key of its lane is down.
-            let is_free = was_released && !keys.any_pressed(lane_keys.iter().copied());
-            let kinds = [was_pressed.then_some(StepKind::Press), is_free.then_some(StepKind::Release)];
-            for kind in kinds.into_iter().flatten() {
-                steps.0.push(Step { seconds: playback.now - latency.0, lane, kind });
-            }
+            let own = || lane_keys.iter().copied();
+            let changes = [keys.any_just_pressed(own()), keys.any_just_released(own()), keys.any_pressed(own())];
+            push_steps(&mut steps, lane, playback.now - latency.0, changes);
         }
     }
+}
+
+/// Adds the steps on a panel that has several keys or buttons: whether any was pressed and any released in this frame,
+/// and whether any is down. The panel is free when none is.
+pub(super) fn push_steps(steps: &mut Steps, lane: Lane, seconds: f64, [was_pressed, was_released, is_down]: [bool; 3]) {
+    let is_free = was_released && !is_down;
+    let kinds = [was_pressed.then_some(StepKind::Press), is_free.then_some(StepKind::Release)];
+    steps.0.extend(kinds.into_iter().flatten().map(|kind| Step { seconds, lane, kind }));
 }

@@ -1,19 +1,22 @@
 //! The dance game: players step on arrows in time with a song.
 //!
 //! A [`Song`] and [`Player`]s with their [`Steps`] enter, verdicts and tallies leave, as components of the players. The
-//! systems run in the order of [`GameSystems`]; whatever makes steps (keys, a demo, a camera) does so in
+//! systems run in the order of [`GameSystems`]; whatever makes steps (keys, gamepads, a demo, a camera) does so in
 //! [`GameSystems::Step`]. Nothing here draws or needs a renderer, so that tests play whole songs in no time.
 //!
 //! | stage | enters | leaves |
 //! |---|---|---|
 //! | [`GameSystems::Time`] | [`Time`], position of the audio | [`Playback`] |
-//! | [`GameSystems::Step`] | keys, or a plan | [`Steps`] |
+//! | [`GameSystems::Step`] | keys, gamepads, fields of a mat, or a plan | [`Steps`] |
 //! | [`GameSystems::Judge`] | [`Steps`] | [`Player`] |
 
 mod calibration;
 mod controls;
 mod demo;
+mod fields;
+mod gamepads;
 mod keys;
+mod menu_action;
 #[cfg(feature = "audio")]
 mod music;
 mod playback;
@@ -22,6 +25,8 @@ mod screen;
 
 pub(crate) use calibration::{Calibration, Latency};
 pub(crate) use controls::ControlsPlugin;
+pub(crate) use fields::{Shoe, StepField};
+pub(crate) use menu_action::MenuAction;
 #[cfg(feature = "audio")]
 pub(crate) use music::MusicPlugin;
 pub(crate) use playback::{Playback, Song};
@@ -49,12 +54,17 @@ pub(crate) struct DanceGamePlugin;
 impl Plugin for DanceGamePlugin {
     fn build(&self, app: &mut App) {
         let dances = in_state(Screen::Dance).and_then(resource_exists::<Playback>);
+        let sounds = in_state(Screen::Dance).or_else(in_state(Screen::Calibration));
         app.init_state::<Screen>()
             .init_resource::<Choice>()
             .init_resource::<Latency>()
+            .configure_sets(Update, (GameSystems::Time, GameSystems::Step, GameSystems::Judge).chain().run_if(dances))
             .configure_sets(
                 Update,
-                (GameSystems::Listen, GameSystems::Time, GameSystems::Step, GameSystems::Judge).chain().run_if(dances),
+                GameSystems::Listen
+                    .before(GameSystems::Time)
+                    .before(playback::advance_metronome)
+                    .run_if(sounds.and_then(resource_exists::<Playback>)),
             )
             .add_systems(OnEnter(Screen::Dance), (player::despawn_players, screen::start_dance).chain())
             .add_systems(OnEnter(Screen::Calibration), calibration::start_metronome)
@@ -65,7 +75,11 @@ impl Plugin for DanceGamePlugin {
                     .chain()
                     .run_if(calibration::is_calibrating),
             )
-            .add_systems(Update, (keys::step_with_keys, demo::step_by_plan).in_set(GameSystems::Step))
+            .add_systems(
+                Update,
+                (keys::step_with_keys, gamepads::step_with_gamepads, fields::step_on_fields, demo::step_by_plan)
+                    .in_set(GameSystems::Step),
+            )
             .add_systems(Update, (player::judge_steps, screen::end_dance).chain().in_set(GameSystems::Judge));
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{
     demo::Demo,
+    gamepads::StepGamepad,
     keys::StepKeys,
     playback::{Playback, Song},
     player::Player,
@@ -23,6 +24,8 @@ pub(crate) enum Screen {
     Results,
     /// Players step to a metronome.
     Calibration,
+    /// What keys and buttons do.
+    Help,
 }
 
 /// How the next dance will be.
@@ -76,7 +79,10 @@ pub(super) fn start_dance(mut commands: Commands, song: Option<Res<Song>>, choic
             let seed = choice.seed.wrapping_add(number as u64);
             player.insert(Demo(DemoPlayer::new(chart, timing, choice.windows, DemoPlayer::GOOD_SPREAD_SECONDS, seed)));
         } else {
-            player.insert(if choice.players == 1 { StepKeys::alone() } else { StepKeys::of_two(number) });
+            player.insert(match choice.players {
+                1 => (StepKeys::alone(), StepGamepad::Any),
+                _ => (StepKeys::of_two(number), StepGamepad::Nth(number)),
+            });
         }
     }
 }

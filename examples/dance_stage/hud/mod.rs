@@ -7,7 +7,7 @@ mod highway;
 mod menus;
 mod status;
 
-use crate::game::{GameSystems, Player, Screen};
+use crate::game::{GameSystems, MenuAction, Player, Screen};
 use arrow_images::ArrowImages;
 use bevy::{prelude::*, text::RemSize, ui::IsDefaultUiCamera};
 
@@ -18,9 +18,10 @@ impl Plugin for HudPlugin {
     fn build(&self, app: &mut App) {
         let dances = in_state(Screen::Dance);
         app.init_resource::<ArrowImages>()
-            .add_systems(OnEnter(Screen::Title), menus::show_title)
-            .add_systems(OnEnter(Screen::Results), menus::show_results)
-            .add_systems(OnEnter(Screen::Calibration), menus::show_calibration)
+            .add_systems(OnEnter(Screen::Title), menus::title::show_title)
+            .add_systems(OnEnter(Screen::Results), menus::results::show_results)
+            .add_systems(OnEnter(Screen::Calibration), menus::calibration::show_calibration)
+            .add_systems(OnEnter(Screen::Help), menus::help::show_help)
             .add_systems(
                 Update,
                 (
@@ -39,9 +40,10 @@ impl Plugin for HudPlugin {
                     .after(GameSystems::Judge)
                     .run_if(dances),
             )
-            .add_systems(Update, fit_text)
-            .add_systems(Update, menus::write_choice.run_if(in_state(Screen::Title)))
-            .add_systems(Update, menus::write_calibration.run_if(in_state(Screen::Calibration)));
+            .add_message::<MenuAction>()
+            .add_systems(Update, (fit_text, menus::press_entries))
+            .add_systems(Update, menus::title::write_choice.run_if(in_state(Screen::Title)))
+            .add_systems(Update, menus::calibration::write_calibration.run_if(in_state(Screen::Calibration)));
     }
 }
 

@@ -11,6 +11,7 @@
 //! 2001–2022).
 
 mod audio_offset;
+mod click_track;
 mod demo_player;
 mod judge;
 mod latency_calibration;
@@ -18,6 +19,7 @@ mod song_clock;
 mod tally;
 mod windows;
 
+pub(crate) use click_track::click_track;
 pub(crate) use demo_player::{DemoPlayer, Step, StepKind};
 pub(crate) use judge::{Judge, JudgeEvent, JudgeEventKind, Verdict};
 pub(crate) use latency_calibration::{CalibrationError, LatencyCalibration};
