@@ -78,7 +78,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     if options.is_demo {
         app.world_mut().resource_mut::<NextState<Screen>>().set(Screen::Dance);
     }
-    view.restart(app.world_mut(), camera);
+    view.restart(app.world_mut());
     let mut sheet = ContactSheet::new(size, options.frames);
     let mut lines = Vec::new();
     let mut failure = None;
@@ -110,9 +110,9 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
         .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     println!("dance_stage: {} pictures in {seconds:.1} s, see {}", options.frames, options.out.display());
     match view {
-        View::Desk { .. } => print_checklist(&mut app),
+        View::Desk(_) => print_checklist(&mut app),
         // The checklist is that of a camera.
-        View::Place(_) => Ok(()),
+        View::Place(..) => Ok(()),
     }
 }
 

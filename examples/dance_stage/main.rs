@@ -36,8 +36,11 @@ mod usage;
 mod view;
 mod window;
 
-use bevy::asset::{AssetPath, UnapprovedPathMode};
-use bevy::prelude::*;
+use bevy::{
+    asset::{AssetPath, UnapprovedPathMode},
+    gltf::GltfAssetLabel,
+    prelude::*,
+};
 use bevy_mirrorball::prelude::*;
 use dance_mat::DanceMat;
 use game::{Choice, Song};
@@ -54,7 +57,9 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &Options) -> Outcome<()> {
-    bevy_mirrorball::authoring::read_scene_components(&options.scene_file())?;
+    for file in [Some(options.scene_file()), options.has_room().then(|| options.desk_file())].into_iter().flatten() {
+        bevy_mirrorball::authoring::read_scene_components(&file)?;
+    }
     if options.is_headless {
         return headless::run(options);
     }
@@ -71,6 +76,8 @@ struct Show<'a> {
     song: Song,
     choice: Choice,
     scene: AssetPath<'static>,
+    /// The set of the desk on which the scene is a model.
+    desk: Option<AssetPath<'static>>,
 }
 
 impl<'a> Show<'a> {
@@ -80,12 +87,14 @@ impl<'a> Show<'a> {
         if options.scene.is_none() {
             dancer::check_file(&options.dancer)?;
         }
-        Ok(Self { options, song, choice, scene })
+        let desk = options.has_room().then(|| std::path::absolute(options.desk_file())).transpose()?;
+        let desk = desk.map(|file| GltfAssetLabel::Scene(0).from_asset(AssetPath::from_path_buf(file)));
+        Ok(Self { options, song, choice, scene, desk })
     }
 
     /// Adds the game, the scene and, unless that is a place or the user's (`--scene`), the stage. Returns the scene.
     fn build(self, app: &mut App) -> Handle<WorldAsset> {
-        let Self { options, song, choice, scene } = self;
+        let Self { options, song, choice, scene, desk } = self;
         let lacks_dome = any_with_component::<MarkerAnchor>.and_then(not(any_with_component::<ShadowDomeLight>));
         app.insert_resource(choice)
             .insert_resource(song)
@@ -100,8 +109,8 @@ impl<'a> Show<'a> {
             mat::spawn(app.world_mut(), DanceMat::of_width(width), options.has_shoes);
         }
         if let Some(place) = options.place {
-            app.add_plugins(PlacePlugin(place));
-            return places::spawn(app.world_mut(), place, scene);
+            app.add_plugins(PlacePlugin { place, has_room: options.has_room() });
+            return places::spawn(app.world_mut(), place, scene, desk);
         }
         if options.scene.is_none() {
             app.add_plugins(stage_lights::StageLightsPlugin)

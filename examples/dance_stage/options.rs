@@ -147,23 +147,28 @@ impl Options {
         Ok(Some(options))
     }
 
-    /// A place has no feed yet, and no room that could light it.
+    /// Without a feed, a place has neither marker nor room.
     fn refuse_camera_of_solo(&self) -> Result<(), lexopt::Error> {
+        if self.place.is_some() && self.scene.is_some() {
+            return Err("--scene is shown instead of a place; leave out --scene, or --solo and --place".into());
+        }
         let of_camera = [
-            ("--feed", self.feed.is_some()),
             ("--intrinsics, --calibration and --fov", self.lens.is_some()),
             ("--set", self.set.is_some()),
-            ("--scene", self.scene.is_some()),
             ("--mat", self.mat.is_some()),
         ];
-        match of_camera.into_iter().find(|(_, is_given)| *is_given && self.place.is_some()) {
+        match of_camera.into_iter().find(|(_, is_given)| *is_given && self.place.is_some() && !self.has_room()) {
             Some((option, _)) => Err(format!(
-                "--solo and --place are without a camera: a place has no feed, marker or room; leave out {option}, or \
-                 --solo and --place"
+                "--solo and --place are without a camera unless --feed names one; leave out {option}, or add --feed"
             )
             .into()),
             None => Ok(()),
         }
+    }
+
+    /// Whether there is a place that is lit by the room of a feed.
+    pub(crate) fn has_room(&self) -> bool {
+        self.place.is_some() && self.feed.is_some()
     }
 
     /// The next dance: what the command line says, and the rest as it is chosen usually.
@@ -173,11 +178,13 @@ impl Options {
         Choice { difficulty, players, is_demo: self.is_demo, seed: self.seed, ..usual }
     }
 
-    /// The glTF file of the place, or with the places of the real objects.
+    /// The glTF file that is shown: that of the place, or of the desk.
     pub(crate) fn scene_file(&self) -> PathBuf {
-        if let Some(place) = self.place {
-            return place.file();
-        }
+        self.place.map_or_else(|| self.desk_file(), Place::file)
+    }
+
+    /// The glTF file with the places of the real objects.
+    pub(crate) fn desk_file(&self) -> PathBuf {
         let is_recorded_desk = match &self.feed {
             None => true,
             Some(Feed::Clip(folder)) => *folder == asset_path("desk_clip"),

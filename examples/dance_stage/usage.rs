@@ -24,15 +24,17 @@ usage: dance_stage [OPTIONS]
   --toon THING[,THING…]    what starts as toon: dancer, floor, rim, left loudspeaker, right loudspeaker, mirror ball,
                            stonehenge, or all
   --solo                   no camera: the dancer is in a place of its own
-  --place NAME             which one, stonehenge or campus (implies --solo; default: stonehenge)
-  --song FILE.sm           what is danced to: a StepMania file (default: assets/music/vibe_ace.sm)
+  --place NAME             which one, stonehenge or campus (implies --solo; default: stonehenge). With --feed it is a
+                           model on the desk, and the room of the feed is its light
+  --song FILE              what is danced to: a StepMania file, .sm or .ssc (default: assets/music/vibe_ace.sm)
   --music FILE             or any OGG Vorbis or WAV file, to whose beats arrows are set
   --save-song FILE.sm      write these arrows to a StepMania file, to edit them
   --difficulty LEVEL       easy, medium or hard (default: medium)
   --players N              1 or 2 (default: 1)
   --dancer FILE            a glTF file with animations `idle`, `step_left`, `step_down`, `step_up`, `step_right`,
-                           `jump`, `spin`, `cheer` and `stumble`, whose seconds are beats; the figure is 15 cm tall
-                           and faces −Z (default: assets/models/dancer.glb)
+                           `jump`, `spin`, `cheer` and `stumble`, whose seconds are beats, of a figure that faces −Z
+                           (default: assets/models/dancer.glb). Figures of others, which face +Z, dance with what they
+                           have: dance, idle, walk, run, jump, wave, in the names of their animations
   --demo                   the players dance by themselves, at once
   --seed N                 how inaccurate they are then (default: 1)
   --headless               draw to files instead of a window; chosen by itself where there is no display

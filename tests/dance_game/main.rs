@@ -1,5 +1,7 @@
 //! The dance game of the example `dance_stage` without a renderer: songs, rules, composer and whole dances.
 
+#[path = "../../examples/dance_stage/dancer/animations.rs"]
+mod animations;
 #[expect(dead_code, reason = "the figure needs more of it")]
 #[path = "../../examples/dance_stage/dancer/choreography.rs"]
 mod choreography;
@@ -10,6 +12,8 @@ mod composer;
 mod game;
 #[path = "../../examples/dance_stage/random.rs"]
 mod random;
+#[path = "../../examples/dance_stage/dancer/rest_pose.rs"]
+mod rest_pose;
 #[path = "../../examples/dance_stage/rules/mod.rs"]
 mod rules;
 #[path = "../../examples/dance_stage/stage_lights/mirror_ball.rs"]
@@ -25,6 +29,7 @@ mod sweep;
 #[path = "../../examples/dance_stage/places/view_point.rs"]
 mod view_point;
 
+mod any_dancer;
 mod audio_device;
 mod choreography_poses;
 mod composing;
@@ -37,6 +42,7 @@ mod mat;
 mod simfile_mistakes;
 mod simfiles;
 mod song_clocks;
+mod ssc_files;
 mod step_charts;
 mod tallying;
 mod timing;

@@ -1,7 +1,9 @@
 //! The dancer: a skinned glTF figure that performs the step of every arrow on its beat.
 
+mod animations;
 mod choreography;
 mod figure;
+mod rest_pose;
 mod routine;
 
 pub(crate) use figure::Dancer;
@@ -36,8 +38,9 @@ pub(crate) struct DancerFile(pub PathBuf);
 pub(crate) fn check_file(path: &Path) -> Outcome<()> {
     let file = gltf::Gltf::open(path)
         .map_err(|error| format!("cannot read the dancer {}: {error}; --dancer takes a glTF file", path.display()))?;
-    let has = |what: &Move| file.animations().any(|animation| animation.name() == Some(what.name()));
-    let lacking: Vec<_> = Move::ALL.into_iter().filter(|what| !has(what)).map(Move::name).collect();
+    let names: Vec<_> = file.animations().filter_map(|animation| animation.name()).collect();
+    let lacks = |what: &Move| animations::of_move(*what, &names).is_none();
+    let lacking: Vec<_> = Move::ALL.into_iter().filter(lacks).map(Move::name).collect();
     if !lacking.is_empty() {
         println!("dance_stage: {} has no animation {}; the dancer leaves it out", path.display(), lacking.join(", "));
     }
@@ -75,15 +78,16 @@ fn dance(
 ) {
     // Two players dance the same chart.
     let first = players.iter().min_by_key(|player| player.number);
-    let motions = match (screen.get(), song, playback, first) {
+    let beat = f64::from(dance.beats);
+    let (motions, beat) = match (screen.get(), song, playback, first) {
         (Screen::Dance, Some(song), Some(playback), Some(player)) => {
             let stumbled = player.last_miss.map(|seconds| song.timing().beat_at(seconds));
-            motions(&player.chart, playback.beat, stumbled)
+            (motions(&player.chart, playback.beat, stumbled), playback.beat)
         }
-        (Screen::Results, ..) => applause(dance.beats.into()),
-        _ => routine.motions(dance.beats.into()),
+        (Screen::Results, ..) => (applause(beat), beat),
+        _ => (routine.motions(beat), beat),
     };
     for mut figure in &mut figures {
-        figure.show(&motions);
+        figure.show(&motions, beat);
     }
 }

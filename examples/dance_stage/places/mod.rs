@@ -3,9 +3,11 @@
 //! A [`Place`] enters. Its scene, its lamps, and a camera with its sky as light and background leave. The scenes are in
 //! meters and true to scale (`scripts/make_stonehenge.py`, `scripts/make_campus.py`), so the dancer is as tall as a
 //! person here. Light comes from three sources, each counted once: the sky without its sun, by [`LiveEnvironment`]; the
-//! sun, by a lamp of Bevy's that casts shadows; and the spot light of the scene, if it has one.
+//! sun, by a lamp of Bevy's that casts shadows; and the spot light of the scene, if it has one. Or all of it comes from
+//! the room that a camera measures ([`room`]).
 
 mod lamps;
+mod room;
 mod scenery;
 mod sky;
 mod view_point;
@@ -55,14 +57,21 @@ impl Place {
 }
 
 /// Puts the dancer into a place, and lights it.
-pub(crate) struct PlacePlugin(pub Place);
+pub(crate) struct PlacePlugin {
+    pub place: Place,
+    /// Whether a room lights it.
+    pub has_room: bool,
+}
 
 impl Plugin for PlacePlugin {
     fn build(&self, app: &mut App) {
-        app.insert_resource(self.0).insert_resource(lamps::shadow_map()).add_systems(
-            Update,
-            (enlarge_dancers, lamps::choose_casters, lamps::prepare_spots, view_point::fit_lenses),
-        );
+        app.insert_resource(self.place)
+            .add_systems(Update, (dress_dancers, lamps::choose_casters, view_point::fit_lenses));
+        if self.has_room {
+            app.add_systems(Update, (room::light_by_room, room::put_out_spots));
+        } else {
+            app.insert_resource(lamps::shadow_map()).add_systems(Update, (enlarge_dancers, lamps::prepare_spots));
+        }
     }
 }
 
@@ -70,18 +79,37 @@ impl Plugin for PlacePlugin {
 #[derive(Component)]
 pub(crate) struct PlaceRoot;
 
-/// Loads and spawns the scene of a place. Its cameras stay in the file: there is one of the game's own.
-pub(crate) fn spawn(world: &mut World, place: Place, scene: AssetPath<'static>) -> Handle<WorldAsset> {
-    let builder = world.resource::<AssetServer>().load_builder();
+/// Loads and spawns the scene of a place, on the desk of a room if there is one. Its cameras stay in the file: there is
+/// one of the game's own.
+pub(crate) fn spawn(
+    world: &mut World,
+    place: Place,
+    scene: AssetPath<'static>,
+    desk: Option<AssetPath<'static>>,
+) -> Handle<WorldAsset> {
+    let assets = world.resource::<AssetServer>().clone();
+    let builder = assets.load_builder();
     let scene = builder.with_settings(|settings: &mut GltfLoaderSettings| settings.load_cameras = false).load(scene);
-    world.spawn((PlaceRoot, ShadowLodOrigin, Name::new(place.name()), place.style(), WorldAssetRoot(scene.clone())));
+    let root = (PlaceRoot, ShadowLodOrigin, Name::new(place.name()), place.style(), WorldAssetRoot(scene.clone()));
+    let mut root = world.spawn(root);
+    if let Some(desk) = desk {
+        root.insert(room::DESK_FROM_PLACE);
+        room::spawn_desk(world, assets.load(desk));
+    }
     scene
 }
 
-/// Lets dancers be as tall as a person, stand on the ground, and be toons among toons.
-fn enlarge_dancers(place: Res<Place>, mut dancers: Query<(&mut Transform, &mut SurfaceStyle), Added<Dancer>>) {
+/// Lets dancers be as tall as a person.
+fn enlarge_dancers(mut dancers: Query<&mut Transform, Added<Dancer>>) {
+    for mut transform in &mut dancers {
+        transform.scale *= GROWTH;
+    }
+}
+
+/// Lets dancers stand on the ground, and be toons among toons.
+fn dress_dancers(place: Res<Place>, mut dancers: Query<(&mut Transform, &mut SurfaceStyle), Added<Dancer>>) {
     for (mut transform, mut style) in &mut dancers {
-        *transform = Transform::from_scale(Vec3::splat(GROWTH));
+        transform.translation = Vec3::ZERO;
         if let toon @ SurfaceStyle::Toon(_) = place.style() {
             *style = toon;
         }

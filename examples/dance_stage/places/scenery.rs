@@ -3,6 +3,7 @@
 use super::{
     Place,
     lamps::Sun,
+    room::{self, LitByRoom},
     sky,
     view_point::{DesignFieldOfView, ViewPoint},
 };
@@ -24,6 +25,11 @@ const BACKGROUND: u32 = 256;
 /// Radiance of the brightest cloud, in frame buffer units. What is brighter is the sun.
 const MAX_CLOUD: f32 = 3.0;
 
+/// One frame buffer unit is 154 cd/m², for which the spot lights of the files are made.
+const EXPOSURE: Exposure = Exposure::INDOOR;
+/// Distances in meters of the place between which things are drawn.
+const NEAR: f32 = 0.1;
+const FAR: f32 = 1000.0;
 /// Brightening of the evening, in stops: tone mapping leaves its middle tones dark.
 const STOPS: f32 = 0.8;
 
@@ -44,25 +50,37 @@ impl Scenery {
         Ok(Self { place, view: ViewPoint::open(&place.file(), place.name())?, sky })
     }
 
-    /// Spawns the camera and the sun. The camera draws to the window unless it gets another target.
+    /// Spawns the camera, its sky as light, and the sun. The camera draws to the window unless it gets another target.
     pub(crate) fn spawn_camera(&self, world: &mut World) -> Entity {
-        // One frame buffer unit is 154 cd/m², for which the spot lights of the files are made.
-        let exposure = Exposure::INDOOR;
-        let cube = |sky: &EquirectPixels, edge| sky.to_cube(edge, Quat::IDENTITY).to_image();
-        let (light, background) =
-            (cube(&sky::without_sun(&self.sky, MAX_CLOUD), EnvironmentCube::SIZE), cube(&self.sky, BACKGROUND));
-        let mut images = world.resource_mut::<Assets<Image>>();
-        let (light, background) = (images.add(light), images.add(background));
-        world.spawn(Sun::of(self.place).lamp(self.view.sun, &exposure));
-        let skybox = Skybox { image: Some(background), brightness: 1.0 / exposure.exposure(), ..default() };
+        let light = sky::without_sun(&self.sky, MAX_CLOUD).to_cube(EnvironmentCube::SIZE, Quat::IDENTITY).to_image();
+        let light = LiveEnvironment::new(world.resource_mut::<Assets<Image>>().add(light));
+        world.spawn(Sun::of(self.place).lamp(self.view.sun, &EXPOSURE));
+        let camera = self.spawn_unlit_camera(world, Transform::IDENTITY);
+        world.entity_mut(camera).insert(light.with_refresh(Refresh::OnChange));
+        camera
+    }
+
+    /// The same as a model on the desk of a room, which lights it instead of sky and sun (see [`room`]).
+    pub(crate) fn spawn_camera_in_room(&self, world: &mut World) -> Entity {
+        let camera = self.spawn_unlit_camera(world, room::DESK_FROM_PLACE);
+        world.entity_mut(camera).insert(LitByRoom);
+        camera
+    }
+
+    fn spawn_unlit_camera(&self, world: &mut World, world_from_place: Transform) -> Entity {
+        let background = self.sky.to_cube(BACKGROUND, Quat::IDENTITY).to_image();
+        let background = world.resource_mut::<Assets<Image>>().add(background);
+        let scale = world_from_place.scale.x;
+        let lens =
+            PerspectiveProjection { fov: self.view.field_of_view, near: NEAR * scale, far: FAR * scale, ..default() };
         let camera = (
             Camera3d::default(),
-            self.view.camera,
-            Projection::from(PerspectiveProjection { fov: self.view.field_of_view, far: 1000.0, ..default() }),
+            Transform { scale: Vec3::ONE, ..world_from_place * self.view.camera },
+            Projection::from(lens),
             DesignFieldOfView(self.view.field_of_view),
             AmbientLight { brightness: 0.0, ..default() },
-            LiveEnvironment::new(light).with_refresh(Refresh::OnChange),
-            (exposure, skybox),
+            EXPOSURE,
+            Skybox { image: Some(background), brightness: 1.0 / EXPOSURE.exposure(), ..default() },
         );
         let camera = world.spawn(camera).id();
         match self.place {

@@ -1,11 +1,11 @@
-//! StepMania files (`.sm`): titles, timing and charts of a song.
+//! StepMania files (`.sm` and `.ssc`): titles, timing and charts of a song.
 //!
-//! Charts of four lanes (`dance-single`) are read; those of other games, and edits, are skipped. Mines are left out and
-//! counted. Unknown tags are ignored.
+//! Charts of four lanes (`dance-single`) are read; those of other games, edits, and charts with a timing of their own
+//! (in `.ssc`) are skipped. Mines are left out and counted. Unknown tags are ignored.
 
 use super::{
-    chart_rows::read_rows,
-    msd_tags::{Tag, Value, read_tags},
+    chart_tags::{CHART_START, read_charts},
+    msd_tags::{Tag, read_tags},
     song_error::{Mistake, SimfileError, SongProblem},
     step_chart::{Difficulty, Row, StepChart},
     timing::{Pause, PauseKind, TempoChange, Timing},
@@ -28,12 +28,6 @@ pub(crate) struct Simfile {
     pub mines: usize,
 }
 
-/// Place of the values of `#NOTES`.
-const STEPS_TYPE: usize = 0;
-const DIFFICULTY: usize = 2;
-const METER: usize = 3;
-const ROWS: usize = 5;
-
 impl Simfile {
     /// Reads a file. What is not UTF-8 in it, such as titles of old files, is replaced.
     pub(crate) fn open(path: &Path) -> Result<Self, SimfileError> {
@@ -47,8 +41,9 @@ impl Simfile {
     /// Reads the text of a file.
     pub(crate) fn parse(text: &str) -> Result<Self, Mistake> {
         let tags = read_tags(text)?;
+        let of_song = tags.iter().position(|tag| tag.name == CHART_START).map_or(&tags[..], |start| &tags[..start]);
         // As in StepMania, the last of several counts.
-        let find = |names: &[&str]| tags.iter().rfind(|tag| names.contains(&tag.name.as_str()));
+        let find = |names: &[&str]| of_song.iter().rfind(|tag| names.contains(&tag.name.as_str()));
         let text_of = |name| find(&[name]).map(|tag| tag.text(0).to_owned()).unwrap_or_default();
         let last_line = text.lines().count().max(1);
 
@@ -69,13 +64,10 @@ impl Simfile {
             problem.at(tag.map_or(last_line, |tag| tag.line))
         })?;
 
-        let (mut charts, mut mines) = (Vec::new(), 0);
-        for tag in tags.iter().filter(|tag| tag.name == "NOTES") {
-            if let Some((chart, mines_in_chart)) = read_chart(tag)? {
-                charts.push(chart);
-                mines += mines_in_chart;
-            }
+        if let Some(warps) = find(&["WARPS"]).filter(|tag| !tag.text(0).is_empty()) {
+            return Err(SongProblem::Warps.at(warps.line));
         }
+        let (charts, mines) = read_charts(&tags)?;
         if charts.is_empty() {
             return Err(SongProblem::NoChart.at(last_line));
         }
@@ -94,28 +86,6 @@ impl Simfile {
             (chart.difficulty.distance(difficulty), chart.difficulty, from_medium)
         })
     }
-}
-
-/// Reads a chart and counts its mines. `None` if the chart is not for this game.
-fn read_chart(tag: &Tag) -> Result<Option<(StepChart, usize)>, Mistake> {
-    let difficulty_name = tag.text(DIFFICULTY);
-    let is_edit = difficulty_name.eq_ignore_ascii_case("edit");
-    if is_edit || !tag.text(STEPS_TYPE).eq_ignore_ascii_case("dance-single") {
-        return Ok(None);
-    }
-    let Some(rows) = tag.values.get(ROWS) else {
-        return Err(SongProblem::ChartParts { found: tag.values.len() }.at(tag.line));
-    };
-    let line_of = |index: usize| tag.values.get(index).map_or(tag.line, Value::first_line);
-    let difficulty = Difficulty::from_stepmania(difficulty_name)
-        .ok_or_else(|| SongProblem::Difficulty { found: difficulty_name.to_owned() }.at(line_of(DIFFICULTY)))?;
-    let meter = match tag.text(METER).parse() {
-        Ok(meter) if meter > 0 => meter,
-        _ => return Err(SongProblem::Meter { found: tag.text(METER).to_owned() }.at(line_of(METER))),
-    };
-    let rows = read_rows(rows)?;
-    let chart = StepChart::new(difficulty, meter, rows.notes).map_err(|problem| problem.at(tag.line))?;
-    Ok(Some((chart, rows.mines)))
 }
 
 /// Reads the list `beat=value,beat=value` of a tag.

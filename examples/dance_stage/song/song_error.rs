@@ -9,7 +9,7 @@ use std::path::PathBuf;
 /// Error in a StepMania file.
 #[derive(thiserror::Error, Debug)]
 pub(crate) enum SimfileError {
-    #[error("cannot read the song {}: {source}; give the path of a StepMania file (.sm)", .file.display())]
+    #[error("cannot read the song {}: {source}; give the path of a StepMania file (.sm or .ssc)", .file.display())]
     Unreadable { file: PathBuf, source: std::io::Error },
     #[error("cannot read the song {}, line {line}: {problem}", .file.display())]
     Mistake { file: PathBuf, line: usize, problem: SongProblem },
@@ -52,6 +52,10 @@ pub(crate) enum SongProblem {
          values, rows"
     )]
     ChartParts { found: usize },
+    #[error("the chart has no rows; write them in #NOTES after its other tags")]
+    NoRows,
+    #[error("#WARPS skip beats, which this game does not play; leave them out")]
+    Warps,
     #[error("the difficulty is {found:?}; write Beginner, Easy, Medium, Hard or Challenge")]
     Difficulty { found: String },
     #[error("the meter is {found:?}; write a whole number from 1")]
