@@ -15,19 +15,20 @@ use std::{
 ///     "image": [640, 480],
 ///     "fps": 15,
 ///     "intrinsics": {"fx": 601.8, "fy": 601.8, "cx": 320.0, "cy": 240.0},
-///     "pattern": "frame_*.jpg",
+///     "files": ["frame_000.jpg", "frame_001.jpg"],
 ///     "exposures": [1, 1, 1, 0.125]
 /// }
 /// ```
 /// `image` is the size in pixels that the intrinsics belong to, `fps` the number of frames per second, 0.001 to 1000.
-/// The other fields are optional. `intrinsics` may have the distortion of the lens, `k1`, `k2`, `p1`, `p2` and `k3`, 0
-/// where they are missing; then the frames are undistorted. Without a `pattern`, the clip consists of all JPEG and PNG
-/// files in the folder. A `*` in the pattern matches any text; numbers in file names are sorted by value. `exposures`
-/// lists the exposure of each frame relative to the normal ones, above 0 and at most 1; a list that is shorter than the
-/// clip is repeated. Without it, every exposure is 1. Frames below 1 are not shown, see
-/// [`BracketedFrames`](super::BracketedFrames). `times` lists the time of capture of each frame in seconds, from 0 and
-/// ascending; without it, frames are `1 / fps` apart. `tracking` is written by a
-/// [`FrameRecorder`](crate::tracking::FrameRecorder). Unknown fields are ignored.
+/// `files` lists the images in the order in which they are played; [assets](super::ClipAsset) need it, because a
+/// browser cannot list a folder. The other fields are optional. `intrinsics` may have the distortion of the lens,
+/// `k1`, `k2`, `p1`, `p2` and `k3`, 0 where they are missing; then the frames are undistorted. Without `files`, the
+/// clip consists of all JPEG and PNG files in the folder, sorted by their names with numbers by value, or of those
+/// that fit a `pattern` such as `"frame_*.jpg"`, in which a `*` matches any text. `exposures` lists the exposure of
+/// each frame relative to the normal ones, above 0 and at most 1; a list that is shorter than the clip is repeated.
+/// Without it, every exposure is 1. Frames below 1 are not shown, see [`BracketedFrames`](super::BracketedFrames).
+/// `times` lists the time of capture of each frame in seconds, from 0 and ascending; without it, frames are `1 / fps`
+/// apart. `tracking` is written by a [`FrameRecorder`](crate::tracking::FrameRecorder). Unknown fields are ignored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
     /// Image files in the order in which they are played.
@@ -60,6 +61,7 @@ struct Sidecar {
     image: [u32; 2],
     fps: f32,
     intrinsics: Option<IntrinsicsFields>,
+    files: Option<Vec<String>>,
     pattern: Option<String>,
     exposures: Option<Vec<f32>>,
     times: Option<Vec<f64>>,
@@ -80,10 +82,39 @@ impl Clip {
         };
         let path = folder.join(SIDECAR);
         let text = std::fs::read_to_string(&path).map_err(unreadable(&path))?;
-        let sidecar: Sidecar =
-            serde_json::from_str(&text).map_err(|source| CameraError::ClipSidecar { path: path.clone(), source })?;
+        let sidecar = Sidecar::parse(&text, &path)?;
+        let names = match &sidecar.files {
+            Some(files) => files.clone(),
+            None => {
+                let mut names: Vec<String> = std::fs::read_dir(folder)
+                    .map_err(unreadable(folder))?
+                    .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+                    .filter(|name| {
+                        sidecar.pattern.as_deref().map_or_else(|| is_image(name), |wanted| fits(wanted, name))
+                    })
+                    .collect();
+                names.sort_by_cached_key(|name| natural_order(name));
+                names
+            }
+        };
+        Self::new(sidecar, names, &path)
+    }
+
+    /// Reads the text of a sidecar that lists its files.
+    pub(super) fn parse(text: &str, path: &Path) -> Result<Self, CameraError> {
+        let sidecar = Sidecar::parse(text, path)?;
+        let Some(names) = sidecar.files.clone() else {
+            let (path, found) = (path.to_owned(), "nothing".to_owned());
+            let expected = "a list of the clip's images in the order in which they are played, for clips as assets";
+            return Err(CameraError::ClipValue { path, field: "files", found, expected });
+        };
+        Self::new(sidecar, names, path)
+    }
+
+    fn new(sidecar: Sidecar, names: Vec<String>, path: &Path) -> Result<Self, CameraError> {
+        let folder = path.parent().unwrap_or(Path::new(""));
         let wrong =
-            |field, found: String, expected| CameraError::ClipValue { path: path.clone(), field, found, expected };
+            |field, found: String, expected| CameraError::ClipValue { path: path.to_owned(), field, found, expected };
         let size = UVec2::from(sidecar.image);
         if size.min_element() == 0 {
             return Err(wrong("image", format!("{:?}", sidecar.image), "width and height in pixels, above 0"));
@@ -100,12 +131,6 @@ impl Clip {
             let found = format!("fx {}, fy {}, cx {}, cy {}", k.focal.x, k.focal.y, k.center.x, k.center.y);
             return Err(wrong("intrinsics", found, "in pixels, with focal lengths above 0"));
         }
-        let mut names: Vec<String> = std::fs::read_dir(folder)
-            .map_err(unreadable(folder))?
-            .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-            .filter(|name| sidecar.pattern.as_deref().map_or_else(|| is_image(name), |pattern| fits(pattern, name)))
-            .collect();
-        names.sort_by_cached_key(|name| natural_order(name));
         if names.is_empty() {
             let pattern = sidecar.pattern.unwrap_or_else(|| "*.jpg or *.png".to_owned());
             return Err(CameraError::ClipEmpty { folder: folder.to_owned(), pattern });
@@ -162,9 +187,29 @@ impl Clip {
         self.exposures[self.index(step)]
     }
 
-    fn index(&self, step: u64) -> usize {
+    pub(super) fn index(&self, step: u64) -> usize {
         (step % self.files.len() as u64) as usize
     }
+}
+
+impl Sidecar {
+    fn parse(text: &str, path: &Path) -> Result<Self, CameraError> {
+        let sidecar: Self =
+            serde_json::from_str(text).map_err(|source| CameraError::ClipSidecar { path: path.to_owned(), source })?;
+        match sidecar.files.iter().flatten().find(|name| !is_plain(name)) {
+            None => Ok(sidecar),
+            Some(name) => {
+                let (path, found) = (path.to_owned(), format!("{name:?}"));
+                let expected = "names of files beside the sidecar, without folders";
+                Err(CameraError::ClipValue { path, field: "files", found, expected })
+            }
+        }
+    }
+}
+
+/// Whether a name is that of a file beside the sidecar.
+fn is_plain(name: &str) -> bool {
+    !name.contains(['/', '\\', ':']) && !["", ".", ".."].contains(&name)
 }
 
 fn is_image(name: &str) -> bool {

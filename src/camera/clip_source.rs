@@ -1,8 +1,8 @@
 //! Frame source that plays a recorded clip.
 
 use super::{
-    CameraError, Clip, FeedPace, FeedState,
-    image_file::Decoded,
+    CameraError, Clip, ClipAsset, FeedPace, FeedState,
+    image_file::{Decoded, EncodedImage},
     source::{Arrival, FrameSource, SourceFrame},
 };
 use crate::frame_tasks::spawn_for_frame;
@@ -10,11 +10,13 @@ use bevy::{
     prelude::*,
     tasks::{Task, futures::check_ready},
 };
-use std::{ops::RangeInclusive, path::Path, time::Duration};
+use std::{ops::RangeInclusive, path::Path, sync::Arc, time::Duration};
 
 /// A clip and its playback position.
 pub(super) struct ClipSource {
     clip: Clip,
+    /// Bytes of the files, if they are in memory.
+    loaded: Option<Vec<Arc<[u8]>>>,
     pace: FeedPace,
     /// Time at which step 0 was due.
     started: Option<Duration>,
@@ -30,7 +32,22 @@ struct RunningSteps {
 
 impl ClipSource {
     pub(super) fn open(folder: &Path, pace: FeedPace) -> Result<Self, CameraError> {
-        Ok(Self { clip: Clip::open(folder)?, pace, started: None, next_step: 0, running: None })
+        Ok(Self::new(Clip::open(folder)?, None, pace))
+    }
+
+    pub(super) fn of_asset(asset: ClipAsset, pace: FeedPace) -> Self {
+        Self::new(asset.clip, Some(asset.images), pace)
+    }
+
+    fn new(clip: Clip, loaded: Option<Vec<Arc<[u8]>>>, pace: FeedPace) -> Self {
+        Self { clip, loaded, pace, started: None, next_step: 0, running: None }
+    }
+
+    /// The image of a step, to be decoded anywhere.
+    fn image(&self, step: u64) -> EncodedImage {
+        let path = self.clip.step(step).0.to_owned();
+        let bytes = self.loaded.as_ref().and_then(|images| images.get(self.clip.index(step)).cloned());
+        EncodedImage { path, bytes }
     }
 
     fn receive(&self, arrival: &mut Arrival, step: u64, decoded: Decoded) {
@@ -51,7 +68,7 @@ impl ClipSource {
     fn next_in_lockstep(&mut self) -> Arrival {
         let mut arrival = Arrival::default();
         while arrival.frame.is_none() && arrival.state.is_none() {
-            let decoded = Decoded::from_file(self.clip.step(self.next_step).0);
+            let decoded = self.image(self.next_step).decode();
             self.receive(&mut arrival, self.next_step, decoded);
             self.next_step += 1;
         }
@@ -96,10 +113,8 @@ impl FrameSource for ClipSource {
         if newest_step >= self.next_step {
             let due = self.next_step..=newest_step;
             let shown = due.clone().filter(|step| self.clip.exposure(*step) == 1.0).count() as u64;
-            let files: Vec<_> =
-                (self.newest_of_each(due).into_iter()).map(|step| (step, self.clip.step(step).0.to_owned())).collect();
-            let decode =
-                async move { files.into_iter().map(|(step, file)| (step, Decoded::from_file(&file))).collect() };
+            let images: Vec<_> = self.newest_of_each(due).into_iter().map(|step| (step, self.image(step))).collect();
+            let decode = async move { images.into_iter().map(|(step, image)| (step, image.decode())).collect() };
             self.running = Some(RunningSteps { task: spawn_for_frame(decode), skipped: shown.saturating_sub(1) });
             self.next_step = newest_step + 1;
         }

@@ -65,6 +65,12 @@ pub enum CameraError {
         /// Values that are valid.
         expected: &'static str,
     },
+    /// A clip could not be loaded as an asset.
+    #[error("cannot load the clip: {reason}")]
+    ClipAsset {
+        /// What went wrong, with the path of the asset.
+        reason: String,
+    },
     /// A clip has no images.
     #[error("no images named {pattern} in {folder}; put JPEG or PNG files there or correct \"pattern\" in clip.json")]
     ClipEmpty {

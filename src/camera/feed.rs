@@ -1,6 +1,6 @@
 //! Camera feeds: the source of the frames of a camera, and its settings.
 
-use super::{FeedState, FeedStatistics, FramePixels, feed_events::ReportedFeed};
+use super::{ClipAsset, FeedState, FeedStatistics, FramePixels, feed_events::ReportedFeed};
 use bevy::prelude::*;
 use std::{path::PathBuf, sync::Arc};
 
@@ -41,6 +41,7 @@ pub(super) enum FeedSource {
     File(PathBuf),
     Pixels(Arc<FramePixels>),
     Clip(PathBuf),
+    ClipAsset(Handle<ClipAsset>),
     Image(Handle<Image>),
     #[cfg(feature = "webcam")]
     Device(super::DeviceOptions),
@@ -79,6 +80,12 @@ impl CameraFeed {
     /// `clip.json`; see [`Clip`](super::Clip).
     pub fn clip(folder: impl Into<PathBuf>) -> Self {
         Self::new(FeedSource::Clip(folder.into()))
+    }
+
+    /// A recorded clip that Bevy's assets load, repeated forever: see [`ClipAsset`]. It is [`FeedState::Waiting`]
+    /// until it is loaded. The way in browsers, which have no files.
+    pub fn clip_asset(clip: Handle<ClipAsset>) -> Self {
+        Self::new(FeedSource::ClipAsset(clip))
     }
 
     /// A webcam, given by its number or by [`DeviceOptions`](super::DeviceOptions) with name, size, frame rate and
@@ -140,7 +147,8 @@ impl CameraFeed {
     /// Whether the frames are those of a camera or video at present, not of a file or of pixels that the game has.
     pub(crate) fn is_video(&self) -> bool {
         match self.source {
-            FeedSource::Nothing | FeedSource::File(_) | FeedSource::Pixels(_) | FeedSource::Clip(_) => false,
+            FeedSource::Nothing | FeedSource::File(_) | FeedSource::Pixels(_) => false,
+            FeedSource::Clip(_) | FeedSource::ClipAsset(_) => false,
             FeedSource::Image(_) => true,
             #[cfg(feature = "webcam")]
             FeedSource::Device(_) => true,

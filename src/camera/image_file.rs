@@ -9,6 +9,7 @@ use bevy::{
 };
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, ImageResult};
 use std::{
+    io::{BufRead, Cursor, Seek},
     path::{Path, PathBuf},
     sync::Arc,
     time::Duration,
@@ -23,9 +24,13 @@ impl FramePixels {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, CameraError> {
         let path = path.as_ref();
         let fail = |source| CameraError::File { path: path.to_owned(), source };
-        let image = decode_upright(path).map_err(fail)?.into_rgba8();
-        Ok(Self { size: UVec2::new(image.width(), image.height()), rgba: image.into_raw() })
+        decode_upright(path).map_err(fail).map(into_pixels)
     }
+}
+
+fn into_pixels(image: DynamicImage) -> FramePixels {
+    let image = image.into_rgba8();
+    FramePixels { size: UVec2::new(image.width(), image.height()), rgba: image.into_raw() }
 }
 
 /// Decodes an image file and applies its EXIF orientation; encodes linear values to sRGB.
@@ -39,18 +44,38 @@ fn decode_upright(path: &Path) -> ImageResult<DynamicImage> {
         }
         return Ok(DynamicImage::ImageRgb32F(linear));
     }
+    decode_reader(reader, std::fs::metadata(path)?.len())
+}
+
+/// The same for a file of some length that a decoder of `image` reads.
+fn decode_reader(reader: ImageReader<impl BufRead + Seek>, length: u64) -> ImageResult<DynamicImage> {
     let format = reader.format();
     without_panic(format.unwrap_or(ImageFormat::Jpeg), || {
         let mut decoder = reader.into_decoder()?;
         if format == Some(ImageFormat::Jpeg) {
             let (width, height) = decoder.dimensions();
-            check_size(ImageFormat::Jpeg, (width.into(), height.into()), 4, std::fs::metadata(path)?.len())?;
+            check_size(ImageFormat::Jpeg, (width.into(), height.into()), 4, length)?;
         }
         let orientation = decoder.orientation()?;
         let mut image = DynamicImage::from_decoder(decoder)?;
         image.apply_orientation(orientation);
         Ok(image)
     })
+}
+
+/// An image file, in memory or not.
+pub(super) struct EncodedImage {
+    pub path: PathBuf,
+    pub bytes: Option<Arc<[u8]>>,
+}
+
+impl EncodedImage {
+    pub(super) fn decode(&self) -> Decoded {
+        match &self.bytes {
+            Some(bytes) => Decoded::from_bytes(bytes, &self.path),
+            None => Decoded::from_file(&self.path),
+        }
+    }
 }
 
 /// An image file that is being decoded in the background.
@@ -77,6 +102,16 @@ impl Decoded {
     pub(super) fn from_file(path: &Path) -> Self {
         let started = Instant::now();
         let pixels = FramePixels::open(path);
+        Self { pixels, time: started.elapsed() }
+    }
+
+    fn from_bytes(bytes: &[u8], path: &Path) -> Self {
+        let started = Instant::now();
+        let decode = || {
+            let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
+            decode_reader(reader, bytes.len() as u64)
+        };
+        let pixels = decode().map_err(|source| CameraError::File { path: path.to_owned(), source }).map(into_pixels);
         Self { pixels, time: started.elapsed() }
     }
 

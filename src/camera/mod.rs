@@ -1,10 +1,10 @@
 //! Camera frames: the first stage.
 //!
-//! **Enters:** a webcam (`CameraFeed::device`, feature `webcam`), a recorded clip ([`CameraFeed::clip`]), an image
-//! file ([`CameraFeed::file`]), an image of the game ([`CameraFeed::image`]) or pixels that it supplies
-//! ([`CameraFeed::pixels`]). **Leaves:** on the camera entity a [`CameraFrame`] (CPU pixels, shared) and a
-//! [`FrameTexture`] (the same on the GPU), the frame drawn as the background, and a projection that equals that of the
-//! real camera.
+//! **Enters:** a webcam (`CameraFeed::device`, feature `webcam`), a recorded clip ([`CameraFeed::clip`],
+//! [`CameraFeed::clip_asset`]), an image file ([`CameraFeed::file`]), an image of the game ([`CameraFeed::image`]) or
+//! pixels that it supplies ([`CameraFeed::pixels`]). **Leaves:** on the camera entity a [`CameraFrame`] (CPU pixels,
+//! shared) and a [`FrameTexture`] (the same on the GPU), the frame drawn as the background, and a projection that
+//! equals that of the real camera.
 //!
 //! # Time
 //! Frames are decoded in the background and carry their time of capture. An update never waits for one: the newest
@@ -82,6 +82,7 @@ mod background_pipeline;
 mod bracketing;
 pub mod calibration;
 mod clip;
+mod clip_asset;
 mod clip_source;
 mod distortion;
 mod error;
@@ -109,6 +110,7 @@ mod webcam;
 
 pub use bracketing::{BracketedFrame, BracketedFrames};
 pub use clip::Clip;
+pub use clip_asset::ClipAsset;
 pub use distortion::Distortion;
 pub use error::CameraError;
 pub use feed::{CameraFeed, FeedPace};
@@ -255,6 +257,7 @@ impl Plugin for CameraPlugin {
                 ),
             )
             .add_systems(Last, picture_effects::warn_of_effects);
+        clip_asset::build(app);
         upload::build(app);
         background_pass::build(app);
         background_motion_pass::build(app);

@@ -3,6 +3,7 @@
 use super::{
     CameraError, CameraFeed, FeedPace, FramePixels,
     bracketing::check_exposure,
+    clip_asset::LoadedClips,
     clip_source::ClipSource,
     feed::FeedSource,
     image_feed::{ImageSlot, ImageSource},
@@ -28,22 +29,29 @@ pub(super) struct OpenFeed(pub Box<dyn FrameSource>);
 
 /// Opens the source of a feed.
 ///
-/// The slot beside it exists for images of the game and receives their pixels.
-pub(super) fn open(feed: &CameraFeed) -> Result<(OpenFeed, Option<ImageSlot>), CameraError> {
+/// The slot beside it exists for images of the game and receives their pixels. `None` while a clip is loading.
+pub(super) fn open(
+    feed: &CameraFeed,
+    clips: &LoadedClips,
+) -> Result<Option<(OpenFeed, Option<ImageSlot>)>, CameraError> {
     check_exposure(feed.exposure)?;
     let source: Box<dyn FrameSource> = match &feed.source {
         FeedSource::Nothing => Box::new(Supplied(None)),
         FeedSource::File(path) => Box::new(Still::Unread(locate(path, IMAGE)?, feed.pace)),
         FeedSource::Pixels(pixels) => Box::new(Supplied(Some(pixels.clone()))),
         FeedSource::Clip(folder) => Box::new(ClipSource::open(&locate(folder, CLIP)?, feed.pace)?),
+        FeedSource::ClipAsset(handle) => match clips.get(handle)? {
+            Some(clip) => Box::new(ClipSource::of_asset(clip, feed.pace)),
+            None => return Ok(None),
+        },
         FeedSource::Image(_) => {
             let (source, slot) = ImageSource::new();
-            return Ok((OpenFeed(Box::new(source)), Some(slot)));
+            return Ok(Some((OpenFeed(Box::new(source)), Some(slot))));
         }
         #[cfg(feature = "webcam")]
         FeedSource::Device(options) => Box::new(Webcam::open(options.clone())),
     };
-    Ok((OpenFeed(source), None))
+    Ok(Some((OpenFeed(source), None)))
 }
 
 const IMAGE: &str = "a PNG, JPEG, Radiance or OpenEXR file";

@@ -8,6 +8,7 @@
 use super::{
     ArCamera, BracketedFrame, BracketedFrames, CameraFeed, CameraFrame, FeedPace, FeedState, FeedStatistics,
     clip::SidecarTracking,
+    clip_asset::{AwaitsClip, LoadedClips},
     image_feed::{ImageReader, ImageSlot},
     open_feed::{OpenFeed, open},
     source::SourceFrame,
@@ -40,16 +41,21 @@ pub(super) struct UndistortingBrackets(VecDeque<Task<BracketedFrame>>);
 
 pub(super) fn open_feeds(
     mut commands: Commands,
-    mut feeds: Query<ChangedFeed, Changed<CameraFeed>>,
+    mut feeds: Query<ChangedFeed, Or<(Changed<CameraFeed>, With<AwaitsClip>)>>,
+    clips: LoadedClips,
     readers: Query<(), With<ImageReader>>,
 ) {
     for (camera, feed, mut state, children) in &mut feeds {
-        commands.entity(camera).remove::<(OpenFeed, ImageSlot, SidecarTracking, UndistortingBrackets)>();
+        commands.entity(camera).remove::<(OpenFeed, ImageSlot, SidecarTracking, UndistortingBrackets, AwaitsClip)>();
         for reader in children.into_iter().flatten().filter(|child| readers.contains(**child)) {
             commands.entity(*reader).despawn();
         }
-        match open(feed) {
-            Ok((source, slot)) => {
+        match open(feed, &clips) {
+            Ok(None) => {
+                commands.entity(camera).insert(AwaitsClip);
+                state.set_if_neq(FeedState::Waiting);
+            }
+            Ok(Some((source, slot))) => {
                 if let Some(tracking) = source.0.tracking() {
                     commands.entity(camera).insert(SidecarTracking(tracking.clone()));
                 }
@@ -75,7 +81,7 @@ pub(super) fn close_feed(
         commands.entity(*reader).try_despawn();
     }
     if let Ok(mut camera) = commands.get_entity(removed.entity) {
-        camera.try_remove::<(OpenFeed, ImageSlot, SidecarTracking, ArrivingFrame, UndistortingBrackets)>();
+        camera.try_remove::<(OpenFeed, ImageSlot, SidecarTracking, ArrivingFrame, UndistortingBrackets, AwaitsClip)>();
     }
 }
 

@@ -100,7 +100,7 @@ pub(super) fn scenes() -> Corpus {
 
 pub(super) fn sidecars() -> Corpus {
     let full = r#"{"image": [640, 480], "fps": 15, "intrinsics": {"fx": 601.8, "fy": 601.8, "cx": 320.0, "cy": 240.0},
-        "pattern": "frame_*.jpg", "exposures": [1, 1, 1, 0.125]}"#;
+        "files": ["frame_0.jpg", "b.png"], "pattern": "frame_*.jpg", "exposures": [1, 1, 1, 0.125]}"#;
     vec![("clip.json", full.into()), ("clip.json", r#"{"image": [8, 6], "fps": 10}"#.into())]
 }
 

@@ -26,6 +26,19 @@ fn in_lockstep_every_update_shows_the_next_picture_of_the_loop() {
 }
 
 #[test]
+fn listed_files_are_played_in_the_order_of_the_list() {
+    let sidecar = r#"{"image": [8, 6], "fps": 10, "files": ["b.png", "a.png", "b.png"]}"#;
+    let folder = write_clip("listed", sidecar, &[("a.png", 10), ("b.png", 20), ("c.png", 30)]);
+    let mut app = player();
+    let feed = CameraFeed::clip(folder).with_pace(FeedPace::Lockstep);
+    let camera = app.world_mut().spawn((ArCamera::default(), feed)).id();
+    for expected in [20, 10, 20, 20] {
+        app.update();
+        assert_eq!(gray(&app, camera), Some(expected));
+    }
+}
+
+#[test]
 fn a_slow_game_sees_the_newest_picture_and_counts_the_others() {
     let grays: Vec<(String, u8)> = (0..10).map(|i| (format!("{i}.png"), 10 * i)).collect();
     let grays: Vec<(&str, u8)> = grays.iter().map(|(name, gray)| (name.as_str(), *gray)).collect();
@@ -60,7 +73,7 @@ fn a_damaged_picture_is_a_state_and_the_next_good_one_ends_it() {
 
 #[test]
 fn what_is_wrong_with_a_clip_is_said_with_file_and_field() {
-    let cases: [(&str, &str, &[&str]); 11] = [
+    let cases: [(&str, &str, &[&str]); 13] = [
         ("no_fps", r#"{"image": [8, 6]}"#, &["clip.json", "fps"]),
         ("bad_fps", r#"{"image": [8, 6], "fps": 0}"#, &["clip.json", "fps", "above 0"]),
         ("slow_fps", r#"{"image": [8, 6], "fps": 1e-30}"#, &["clip.json", "fps", "0.001 to 1000"]),
@@ -87,6 +100,12 @@ fn what_is_wrong_with_a_clip_is_said_with_file_and_field() {
             &["clip.json", "exposures", "1 for the frames that are shown"],
         ),
         ("bad_json", r#"{"image": [8, 6], "#, &["clip.json", "line 1"]),
+        (
+            "elsewhere",
+            r#"{"image": [8, 6], "fps": 10, "files": ["f1.png", "../f1.png"]}"#,
+            &["clip.json", "files", "../f1.png", "without folders"],
+        ),
+        ("no_files", r#"{"image": [8, 6], "fps": 10, "files": []}"#, &["no images", "no_files"]),
         ("no_match", r#"{"image": [8, 6], "fps": 10, "pattern": "g*.png"}"#, &["no_match", "g*.png"]),
     ];
     for (name, sidecar, expected) in cases {

@@ -1,5 +1,6 @@
 //! Camera feeds from clips, images and games, in the background or in lockstep; errors are states.
 
+mod clip_assets;
 mod clips;
 mod events;
 mod exposure_series;
