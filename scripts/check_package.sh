@@ -40,5 +40,5 @@ for file in README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE assets/desk/photo.
         exit 1
     fi
 done
-cargo check --quiet "$@" --features egui,webcam,audio,gamepad --lib --examples
+cargo check --quiet "$@" --features egui,webcam,locus,audio,gamepad --lib --examples
 echo "package: library and examples compile"

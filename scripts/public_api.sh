@@ -9,7 +9,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 readonly list=docs/public_api.txt
 # as the documentation is built, so that nothing is checked twice
-readonly features=egui,webcam
+readonly features=egui,webcam,locus
 work=$(mktemp -d)
 trap 'rm -r "$work"' EXIT
 

@@ -70,13 +70,13 @@ if [ "$(uname -s)" = Linux ]; then export WGPU_BACKEND=vulkan; fi
 export MIRRORBALL_REQUIRE_GPU=1
 
 # the driver's own words: name and version
-cargo test --quiet --workspace --features egui,webcam "${locked[@]+"${locked[@]}"}" \
+cargo test --quiet --workspace --features egui,webcam,locus "${locked[@]+"${locked[@]}"}" \
     --test environment device::the_driver_is_named -- --nocapture |
     grep '^driver:' || echo "driver: unknown, the test that names it failed"
 
-echo "tests: cargo test --workspace --features egui,webcam --no-fail-fast $*"
+echo "tests: cargo test --workspace --features egui,webcam,locus --no-fail-fast $*"
 status=0
-cargo test --workspace --features egui,webcam --no-fail-fast "$@" || status=$?
+cargo test --workspace --features egui,webcam,locus --no-fail-fast "$@" || status=$?
 if [ "$status" -eq 0 ]; then outcome=passed; else outcome=failed; fi
 echo "tests: $outcome after $((SECONDS - start)) s"
 exit "$status"

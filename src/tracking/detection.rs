@@ -31,12 +31,14 @@ impl MarkerDetection {
     /// The detector that this crate was built with.
     ///
     /// # Errors
-    /// [`TrackingError::NoDetector`] without the feature `apriltag`; [`TrackingError::WrongLibrary`] if a system
-    /// library of another version was linked; [`TrackingError::OutOfMemory`] if the library could not allocate.
+    /// [`TrackingError::NoDetector`] without the features `apriltag` and `locus`; [`TrackingError::WrongLibrary`] if a
+    /// system library of another version was linked; [`TrackingError::OutOfMemory`] if the library could not allocate.
     pub fn built_in() -> Result<Self, TrackingError> {
         #[cfg(feature = "apriltag")]
         return Ok(Self::new(super::AprilTagDetector::new()?));
-        #[cfg(not(feature = "apriltag"))]
+        #[cfg(all(not(feature = "apriltag"), feature = "locus"))]
+        return Ok(Self::new(super::LocusDetector::new()));
+        #[cfg(not(any(feature = "apriltag", feature = "locus")))]
         Err(TrackingError::NoDetector)
     }
 

@@ -7,7 +7,7 @@ use super::{MarkerFamily, MarkerId};
 #[non_exhaustive]
 pub enum TrackingError {
     /// The crate was built without a detector and the game has not inserted one.
-    #[error("no marker detector: enable the feature `apriltag` or insert the resource MarkerDetection")]
+    #[error("no marker detector: enable the feature `apriltag` or `locus`, or insert the resource MarkerDetection")]
     NoDetector,
     /// The linked AprilTag library is not the version whose memory layout this crate knows.
     #[error(
@@ -24,6 +24,9 @@ pub enum TrackingError {
     /// No marker family has such a name.
     #[error("there is no marker family {0:?}; families are {all}", all = MarkerFamily::ALL.map(MarkerFamily::name).join(", "))]
     NoSuchFamily(String),
+    /// The detector does not know a marker family.
+    #[error("this detector does not know the family {0}: enable the feature `apriltag`, or use tag36h11")]
+    UnknownToDetector(MarkerFamily),
     /// The size of a marker is not a length above 0, or the marker does not fit the page.
     #[error("a marker cannot be {0} meters wide; give the side of its black square, above 0")]
     BadSize(f32),

@@ -94,6 +94,8 @@ mod detector;
 mod error;
 mod family;
 mod filtered_pose;
+#[cfg(feature = "locus")]
+mod locus;
 mod marker_events;
 mod marker_tracker;
 mod marker_views;
@@ -108,6 +110,8 @@ mod recording;
 mod same_number;
 #[cfg(feature = "apriltag")]
 mod sheet;
+#[cfg(any(test, feature = "locus"))]
+mod tag36h11;
 mod track;
 mod triangulate;
 
@@ -123,6 +127,8 @@ pub use detection::MarkerDetection;
 pub use detector::{DetectedMarker, LumaView, MarkerDetector};
 pub use error::TrackingError;
 pub use family::{MarkerFamily, MarkerId};
+#[cfg(feature = "locus")]
+pub use locus::LocusDetector;
 pub use marker_events::{MarkerFound, MarkerLost, any_marker_tracked, world_origin_tracked};
 pub use marker_tracker::MarkerTracker;
 pub use marker_views::MarkerViews;

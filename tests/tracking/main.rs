@@ -18,6 +18,8 @@ mod follow;
 #[path = "../support/gpu.rs"]
 mod gpu;
 mod lens;
+#[cfg(all(feature = "apriltag", feature = "locus"))]
+mod locus;
 mod marker_events;
 #[cfg(feature = "apriltag")]
 mod pose_error;
