@@ -1,5 +1,7 @@
 //! What most games import: the components, what one reads back from them, the events and the run conditions.
 
+#[cfg(target_arch = "wasm32")]
+pub use crate::camera::{BrowserCameraOptions, CameraFacing};
 #[cfg(feature = "webcam")]
 pub use crate::camera::{DeviceExposure, DeviceId, DeviceOptions};
 #[cfg(feature = "egui")]

@@ -45,6 +45,8 @@ pub(super) enum FeedSource {
     Image(Handle<Image>),
     #[cfg(feature = "webcam")]
     Device(super::DeviceOptions),
+    #[cfg(target_arch = "wasm32")]
+    Browser(super::BrowserCameraOptions),
 }
 
 impl Default for CameraFeed {
@@ -107,6 +109,27 @@ impl CameraFeed {
         Self::new(FeedSource::Device(options.into()))
     }
 
+    /// A camera of the browser, for which the browser asks the user.
+    ///
+    /// A camera that is refused, missing, busy or unplugged is [`FeedState::Lost`] with a text that says what to do.
+    /// The feed takes it up again by itself where that shows the user no dialog a second time; insert a new
+    /// `CameraFeed` to ask again, for example when the user presses a button. Cameras do not know their intrinsics:
+    /// set [`ArCamera::intrinsics`](super::ArCamera::intrinsics).
+    ///
+    /// ```
+    /// # use bevy::prelude::*;
+    /// # use bevy_mirrorball::prelude::*;
+    /// # #[cfg(target_arch = "wasm32")]
+    /// # fn setup(mut commands: Commands) {
+    /// // the camera on the back of a phone, or the only one of a laptop
+    /// commands.spawn((ArCamera::default(), CameraFeed::browser(BrowserCameraOptions::default())));
+    /// # }
+    /// ```
+    #[cfg(target_arch = "wasm32")]
+    pub fn browser(options: super::BrowserCameraOptions) -> Self {
+        Self::new(FeedSource::Browser(options))
+    }
+
     /// An image of the game, for example of a video player, of another camera that renders into it or of a network
     /// stream.
     ///
@@ -152,6 +175,8 @@ impl CameraFeed {
             FeedSource::Image(_) => true,
             #[cfg(feature = "webcam")]
             FeedSource::Device(_) => true,
+            #[cfg(target_arch = "wasm32")]
+            FeedSource::Browser(_) => true,
         }
     }
 
@@ -160,6 +185,8 @@ impl CameraFeed {
         match self.source {
             #[cfg(feature = "webcam")]
             FeedSource::Device(_) => true,
+            #[cfg(target_arch = "wasm32")]
+            FeedSource::Browser(_) => true,
             _ => false,
         }
     }

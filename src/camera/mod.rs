@@ -1,10 +1,10 @@
 //! Camera frames: the first stage.
 //!
-//! **Enters:** a webcam (`CameraFeed::device`, feature `webcam`), a recorded clip ([`CameraFeed::clip`],
-//! [`CameraFeed::clip_asset`]), an image file ([`CameraFeed::file`]), an image of the game ([`CameraFeed::image`]) or
-//! pixels that it supplies ([`CameraFeed::pixels`]). **Leaves:** on the camera entity a [`CameraFrame`] (CPU pixels,
-//! shared) and a [`FrameTexture`] (the same on the GPU), the frame drawn as the background, and a projection that
-//! equals that of the real camera.
+//! **Enters:** a webcam (`CameraFeed::device`, feature `webcam`; in browsers `CameraFeed::browser`), a recorded clip
+//! ([`CameraFeed::clip`], [`CameraFeed::clip_asset`]), an image file ([`CameraFeed::file`]), an image of the game
+//! ([`CameraFeed::image`]) or pixels that it supplies ([`CameraFeed::pixels`]). **Leaves:** on the camera entity a
+//! [`CameraFrame`] (CPU pixels, shared) and a [`FrameTexture`] (the same on the GPU), the frame drawn as the
+//! background, and a projection that equals that of the real camera.
 //!
 //! # Time
 //! Frames are decoded in the background and carry their time of capture. An update never waits for one: the newest
@@ -80,6 +80,8 @@ mod background_motion_pass;
 mod background_pass;
 mod background_pipeline;
 mod bracketing;
+#[cfg(any(target_arch = "wasm32", test))]
+mod browser;
 pub mod calibration;
 mod clip;
 mod clip_asset;
@@ -109,6 +111,8 @@ mod upload;
 mod webcam;
 
 pub use bracketing::{BracketedFrame, BracketedFrames};
+#[cfg(any(target_arch = "wasm32", test))]
+pub use browser::{BrowserCameraOptions, CameraFacing};
 pub use clip::Clip;
 pub use clip_asset::ClipAsset;
 pub use distortion::Distortion;

@@ -1,5 +1,11 @@
 //! Opening of feeds: the source behind each kind of feed.
 
+#[cfg(any(feature = "webcam", target_arch = "wasm32"))]
+use super::FeedState;
+#[cfg(target_arch = "wasm32")]
+use super::browser::{BrowserCamera, BrowserStatus};
+#[cfg(feature = "webcam")]
+use super::webcam::{Captured, Webcam, WebcamStatus};
 use super::{
     CameraError, CameraFeed, FeedPace, FramePixels,
     bracketing::check_exposure,
@@ -9,11 +15,6 @@ use super::{
     image_feed::{ImageSlot, ImageSource},
     image_file::{Decoded, Decoding},
     source::{Arrival, FrameSource, SourceFrame},
-};
-#[cfg(feature = "webcam")]
-use super::{
-    FeedState,
-    webcam::{Captured, Webcam, WebcamStatus},
 };
 use crate::relative_paths;
 use bevy::prelude::*;
@@ -50,6 +51,8 @@ pub(super) fn open(
         }
         #[cfg(feature = "webcam")]
         FeedSource::Device(options) => Box::new(Webcam::open(options.clone())),
+        #[cfg(target_arch = "wasm32")]
+        FeedSource::Browser(options) => Box::new(BrowserCamera::open(options.clone())),
     };
     Ok(Some((OpenFeed(source), None)))
 }
@@ -141,5 +144,31 @@ impl FrameSource for Webcam {
         };
         let dropped = captured.dropped;
         Arrival { frame: Some(frame(captured)), bracketed, dropped, state }
+    }
+}
+
+#[cfg(target_arch = "wasm32")]
+impl FrameSource for BrowserCamera {
+    fn poll(&mut self, now: Duration) -> Arrival {
+        let state = match self.status() {
+            BrowserStatus::Lost(reason) => Some(FeedState::Lost(reason)),
+            BrowserStatus::Opening | BrowserStatus::Playing { .. } => None,
+        };
+        match self.take_notice() {
+            Some(Ok(notice)) => info!("{notice}"),
+            Some(Err(warning)) => warn!("{warning}"),
+            None => {}
+        }
+        let Some(captured) = self.take() else {
+            return Arrival { state, ..default() };
+        };
+        let frame = FramePixels::new(captured.size, captured.rgba).map(|pixels| SourceFrame {
+            pixels: Arc::new(pixels),
+            captured: now.saturating_sub(captured.age),
+            decode_time: captured.read_time,
+            intrinsics: None,
+            exposure: 1.0,
+        });
+        Arrival { dropped: captured.dropped + u64::from(frame.is_none()), frame, state, ..default() }
     }
 }
