@@ -1,11 +1,11 @@
 //! The stage rendered to files, one image per frame of the feed, or per step of the dance in a place without one.
 
 use crate::{
-    Outcome, Show, asset_plugin,
+    Outcome, Show,
     dancer::Dance,
     game::{Choice, Screen},
     options::Options,
-    result_file,
+    platform, result_file,
     support::{fits_device, headless_log, loading_error, rgb_image},
     view::View,
 };
@@ -44,7 +44,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     std::fs::create_dir_all(&options.out)
         .map_err(|error| format!("cannot make the folder {}: {error}", options.out.display()))?;
     let view = View::open(options, FeedPace::Lockstep)?;
-    let plugins = headless::default_plugins().set(asset_plugin(options)?);
+    let plugins = headless::default_plugins().set(platform::asset_plugin(options)?);
     // Pictures show the arrows at once.
     let usual = Choice { lead_in: 1.0, plays_intro: false, ..default() };
     let show = Show::open(options, options.choice(usual))?;

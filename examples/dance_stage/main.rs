@@ -9,17 +9,26 @@
 //! [`song`] has the arrows and their times, [`rules`] says what steps on them are worth, [`game`] lets players step,
 //! [`hud`] shows it, and [`dancer`] dances it. None of these knows of camera, marker or light: [`stage`] puts things on
 //! the marker, and the plugin does the rest. With `--solo` there is no camera: the dancer is in one of the [`places`].
+//!
+//! It runs in browsers too (`scripts/web.sh`): what differs there is in [`platform`].
 
+#![cfg_attr(target_arch = "wasm32", expect(dead_code, reason = "a page has no files, and draws into its canvas only"))]
+
+#[cfg(not(target_arch = "wasm32"))]
 mod composer;
 mod dancer;
 mod game;
 #[path = "../support/dance_mat.rs"]
 mod dance_mat;
+#[cfg(not(target_arch = "wasm32"))]
 mod headless;
 mod hud;
 mod mat;
 mod options;
 mod places;
+#[cfg_attr(not(target_arch = "wasm32"), path = "desktop.rs")]
+#[cfg_attr(target_arch = "wasm32", path = "web/mod.rs")]
+mod platform;
 #[expect(dead_code, reason = "tests need more of it")]
 mod random;
 mod remembered;
@@ -34,40 +43,22 @@ mod stage_lights;
 mod support;
 mod usage;
 mod view;
+#[cfg(not(target_arch = "wasm32"))]
+mod warm_up;
 mod window;
 
-use bevy::{
-    asset::{AssetPath, UnapprovedPathMode},
-    gltf::GltfAssetLabel,
-    prelude::*,
-};
+use bevy::{asset::AssetPath, gltf::GltfAssetLabel, prelude::*};
 use bevy_mirrorball::prelude::*;
 use dance_mat::DanceMat;
 use game::{Choice, Song};
-use options::{Options, SongFile};
+use options::Options;
 use places::PlacePlugin;
-use song::Simfile;
 use stage::StartAsToon;
-use std::{path::Path, process::ExitCode};
-use support::{Outcome, has_display, run_with_options, scene_path};
-use usage::USAGE;
+use std::process::ExitCode;
+use support::{Outcome, scene_path};
 
 fn main() -> ExitCode {
-    run_with_options("dance_stage", USAGE, Options::from_command_line(), run)
-}
-
-fn run(options: &Options) -> Outcome<()> {
-    for file in [Some(options.scene_file()), options.has_room().then(|| options.desk_file())].into_iter().flatten() {
-        bevy_mirrorball::authoring::read_scene_components(&file)?;
-    }
-    if options.is_headless {
-        return headless::run(options);
-    }
-    if !has_display() {
-        println!("dance_stage: no display, drawing {} pictures to {}", options.frames, options.out.display());
-        return headless::run(options);
-    }
-    window::run(options)
+    platform::main()
 }
 
 /// What is shown, in a window or headless.
@@ -83,9 +74,9 @@ struct Show<'a> {
 impl<'a> Show<'a> {
     fn open(options: &'a Options, choice: Choice) -> Outcome<Self> {
         let scene = scene_path(&options.scene_file()).ok_or("--scene names no file")?;
-        let song = open_song(options)?;
+        let song = platform::open_song(options)?;
         if options.scene.is_none() {
-            dancer::check_file(&options.dancer)?;
+            platform::check_dancer(&options.dancer)?;
         }
         let desk = options.has_room().then(|| std::path::absolute(options.desk_file())).transpose()?;
         let desk = desk.map(|file| GltfAssetLabel::Scene(0).from_asset(AssetPath::from_path_buf(file)));
@@ -122,36 +113,7 @@ impl<'a> Show<'a> {
     }
 }
 
-/// Reads the song, or sets arrows to music, and saves them if that is asked for.
-fn open_song(options: &Options) -> Outcome<Song> {
-    let (path, file) = match &options.song {
-        SongFile::Steps(path) => (path, Simfile::open(path)?),
-        SongFile::Music(path) => {
-            println!("dance_stage: setting arrows to {}", path.display());
-            (path, composer::compose_file(path, options.seed)?)
-        }
-    };
-    if let Some(path) = &options.save_song {
-        std::fs::write(path, file.to_sm()).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-        println!("dance_stage: wrote the arrows to {}", path.display());
-    }
-    let song = Song { file, folder: path.parent().unwrap_or(Path::new(".")).to_owned() };
-    if let Some(music) = song.music().filter(|music| !music.exists()) {
-        println!("dance_stage: there is no {}, so the song is silent", music.display());
-    }
-    Ok(song)
-}
-
 /// Spawns the default dome for scenes that have none.
 fn spawn_dome(mut commands: Commands) {
     commands.spawn(ShadowDomeLight::default());
-}
-
-/// Returns the asset plugin with the scene's folder as the asset folder.
-fn asset_plugin(options: &Options) -> Outcome<AssetPlugin> {
-    let scene = std::path::absolute(options.scene_file())?;
-    let folder = scene.parent().unwrap_or(Path::new("."));
-    // Files that the command line names may be anywhere.
-    let unapproved_path_mode = UnapprovedPathMode::Allow;
-    Ok(AssetPlugin { file_path: folder.to_string_lossy().into_owned(), unapproved_path_mode, ..default() })
 }

@@ -3,25 +3,27 @@
 use crate::{
     game::Choice,
     places::Place,
+    platform,
     song::Difficulty,
     stage::THINGS,
-    support::{asset_path, parse_intrinsics, parse_size},
+    support::{Outcome, asset_path, parse_intrinsics, parse_size},
 };
 use bevy::math::{UVec2, Vec2};
 use bevy_mirrorball::{
-    camera::{Clip, IntrinsicsProblem},
+    camera::IntrinsicsProblem,
     prelude::{CameraFeed, Intrinsics},
 };
 use lexopt::prelude::{Long, Short, ValueExt};
 use std::path::PathBuf;
 
 /// Size requested from a webcam. Intrinsics refer to this size.
-const DEVICE_SIZE: UVec2 = UVec2::new(640, 480);
+pub(crate) const DEVICE_SIZE: UVec2 = UVec2::new(640, 480);
 
 /// Largest size of an image in pixels, which all graphics devices support.
 const MAX_SIZE: u32 = 8192;
 
-enum Feed {
+/// Where the frames come from.
+pub(crate) enum Feed {
     Clip(PathBuf),
     Image(PathBuf),
     Device(u32),
@@ -74,8 +76,7 @@ pub(crate) struct Options {
 
 impl Options {
     /// `None` if help was asked for.
-    pub(crate) fn from_command_line() -> Result<Option<Self>, lexopt::Error> {
-        let mut parser = lexopt::Parser::from_env();
+    pub(crate) fn parse(mut parser: lexopt::Parser) -> Result<Option<Self>, lexopt::Error> {
         let mut options = Self {
             feed: None,
             place: None,
@@ -194,19 +195,16 @@ impl Options {
         self.scene.as_ref().or(self.set.as_ref()).cloned().unwrap_or_else(|| asset_path(set))
     }
 
+    /// Whether a camera is asked for.
+    pub(crate) fn has_device(&self) -> bool {
+        matches!(self.feed, Some(Feed::Device(_)))
+    }
+
     /// Returns the feed and the size of its frames. Checks that the feed exists and that a calibration is for its
     /// frames, but opens nothing that could take long.
-    pub(crate) fn camera_feed(&self) -> Result<(CameraFeed, UVec2), Box<dyn std::error::Error>> {
+    pub(crate) fn camera_feed(&self) -> Outcome<(CameraFeed, UVec2)> {
         let recorded_desk = Feed::Clip(asset_path("desk_clip"));
-        let (feed, size) = match self.feed.as_ref().unwrap_or(&recorded_desk) {
-            Feed::Clip(folder) => (CameraFeed::clip(folder), Clip::open(folder)?.size),
-            Feed::Image(path) => {
-                let (width, height) = image::image_dimensions(path)
-                    .map_err(|error| format!("cannot read the picture {}: {error}", path.display()))?;
-                (CameraFeed::file(path), UVec2::new(width, height))
-            }
-            Feed::Device(index) => (device_feed(*index)?, DEVICE_SIZE),
-        };
+        let (feed, size) = platform::open_feed(self.feed.as_ref().unwrap_or(&recorded_desk))?;
         if let Some(Lens::Calibration(lens)) = self.lens
             && let Some(problem @ IntrinsicsProblem::Shape { .. }) = lens.problem(size)
         {
@@ -223,16 +221,6 @@ impl Options {
             Lens::FieldOfView(degrees) => Intrinsics::from_horizontal_fov(size, degrees.to_radians()),
         })
     }
-}
-
-#[cfg(feature = "webcam")]
-fn device_feed(index: u32) -> Result<CameraFeed, &'static str> {
-    Ok(CameraFeed::device(index))
-}
-
-#[cfg(not(feature = "webcam"))]
-fn device_feed(_: u32) -> Result<CameraFeed, &'static str> {
-    Err("this program was built without webcams; build it with `--features egui,webcam`")
 }
 
 fn parse_feed(text: &str) -> Result<Feed, String> {

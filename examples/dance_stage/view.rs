@@ -4,15 +4,9 @@
 //! The command line enters, an entity with the camera that draws leaves. Nothing else of the program knows which of the
 //! two it is.
 
-use crate::{
-    options::Options,
-    places::{PlaceRoot, Scenery},
-    support::Outcome,
-};
-use bevy::{animation::AnimationPlayer, camera::ShadowLodOrigin, prelude::*, ui::IsDefaultUiCamera};
-use bevy_mirrorball::{
-    camera::FeedState, environment_map::EnvironmentCube, headless, prelude::*, probe::ProbeMeasurement,
-};
+use crate::{options::Options, places::Scenery, support::Outcome};
+use bevy::{camera::ShadowLodOrigin, prelude::*, ui::IsDefaultUiCamera};
+use bevy_mirrorball::prelude::*;
 
 /// Size of pictures of places, in pixels, unless the command line says another.
 const PLACE_SIZE: UVec2 = UVec2::new(640, 480);
@@ -27,7 +21,7 @@ pub(crate) enum View {
 /// A camera in the real world.
 pub(crate) struct RealCamera {
     camera: ArCamera,
-    feed: CameraFeed,
+    pub feed: CameraFeed,
     size: UVec2,
 }
 
@@ -44,7 +38,7 @@ impl View {
     }
 
     /// The camera in the real world.
-    fn real_camera(&self) -> Option<&RealCamera> {
+    pub(crate) fn real_camera(&self) -> Option<&RealCamera> {
         match self {
             Self::Desk(camera) => Some(camera),
             Self::Place(_, room) => room.as_ref(),
@@ -73,46 +67,6 @@ impl View {
         world.entity_mut(camera).insert((IsDefaultUiCamera, ShadowLodOrigin));
         camera
     }
-
-    /// Returns whether the scene is spawned.
-    pub(crate) fn has_scene(&self, world: &mut World) -> bool {
-        match self {
-            Self::Desk(_) => world.query::<&MarkerAnchor>().iter(world).next().is_some(),
-            Self::Place(..) => {
-                let has_root = world.query_filtered::<(), (With<PlaceRoot>, With<Children>)>().iter(world).next();
-                let has_dancer = world.query::<&AnimationPlayer>().iter(world).next();
-                has_root.is_some() && has_dancer.is_some()
-            }
-        }
-    }
-
-    /// What is probably wrong where the scene is loaded and never spawned.
-    pub(crate) fn lack(&self) -> &'static str {
-        match self {
-            Self::Desk(_) => "no node of it has the extras MarkerAnchor",
-            Self::Place(..) => "the dancer's file has no animations",
-        }
-    }
-
-    /// Returns whether a frame has arrived and, if its ball is visible, its light.
-    pub(crate) fn is_lit(&self, app: &mut App) -> Outcome<bool> {
-        if self.real_camera().is_some() && !RealCamera::is_lit(app)? {
-            return Ok(false);
-        }
-        if let Self::Place(..) = self {
-            // The light of a place comes with the shaders that filter it.
-            headless::settle(app)?;
-        }
-        Ok(true)
-    }
-
-    /// Starts with the first frame of the feed again.
-    pub(crate) fn restart(&self, world: &mut World) {
-        let Some(RealCamera { feed, .. }) = self.real_camera() else { return };
-        for camera in world.query_filtered::<Entity, With<ArCamera>>().iter(world).collect::<Vec<_>>() {
-            world.entity_mut(camera).insert(feed.clone());
-        }
-    }
 }
 
 impl RealCamera {
@@ -124,23 +78,5 @@ impl RealCamera {
 
     fn bundle(&self) -> impl Bundle {
         (self.camera.clone(), self.feed.clone())
-    }
-
-    /// Returns whether a frame has arrived and, if its ball is visible, its light.
-    fn is_lit(app: &mut App) -> Outcome<bool> {
-        let world = app.world_mut();
-        let state = world.query::<&FeedState>().iter(world).next().cloned().unwrap_or_default();
-        if let FeedState::Failed(reason) = state {
-            return Err(reason.into());
-        }
-        if world.query::<&CameraFrame>().iter(world).next().is_none() {
-            return Ok(false);
-        }
-        let sees_ball = world.query::<&ProbeMeasurement>().iter(world).any(|probe| probe.is_in_view);
-        let cube = world.query::<&EnvironmentCube>().iter(world).next().map(|cube| cube.0.clone());
-        Ok(match cube {
-            Some(cube) if sees_ball => headless::read_texture(app, &cube)?.iter().any(|byte| *byte != 0),
-            _ => true,
-        })
     }
 }

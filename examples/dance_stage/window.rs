@@ -3,10 +3,11 @@
 #[cfg(feature = "audio")]
 use crate::game::MusicPlugin;
 use crate::{
-    Outcome, Show, asset_plugin,
+    Outcome, Show,
     dancer::Dance,
     game::{ControlsPlugin, MenuAction, Screen},
     options::Options,
+    platform,
     remembered::{RememberPlugin, Remembered},
     stage,
     support::window_log,
@@ -35,22 +36,26 @@ use std::num::NonZeroU32;
 
 const TITLE: &str = "dance stage";
 
-pub(crate) fn run(options: &Options) -> Outcome<()> {
+/// Runs the stage in a window, or on the page's canvas, with more in it.
+pub(crate) fn run(options: &Options, add: impl FnOnce(&mut App)) -> Outcome<()> {
     let view = View::open(options, FeedPace::Live)?;
     let size = options.size.unwrap_or(view.size());
     // It is about cameras.
-    let panel = MirrorballPanel { is_open: options.place.is_none(), ..default() };
+    let panel = MirrorballPanel { is_open: options.place.is_none() && cfg!(not(target_arch = "wasm32")), ..default() };
     let window = Window {
         title: TITLE.to_owned(),
         resolution: WindowResolution::new(size.x + if panel.is_open { panel.width as u32 } else { 0 }, size.y),
         // Lowest latency: no frames wait for the display.
         desired_maximum_frame_latency: NonZeroU32::new(1),
+        // In a browser.
+        canvas: Some("#stage".to_owned()),
+        fit_canvas_to_parent: true,
         ..default()
     };
     let mut app = App::new();
     app.add_plugins((
         DefaultPlugins
-            .set(asset_plugin(options)?)
+            .set(platform::asset_plugin(options)?)
             .set(window_log())
             .set(WindowPlugin { primary_window: Some(window), ..default() }),
         FrameTimeDiagnosticsPlugin::default(),
@@ -68,8 +73,7 @@ pub(crate) fn run(options: &Options) -> Outcome<()> {
     .add_systems(PreUpdate, leave_room_for_panel);
     #[cfg(feature = "audio")]
     app.add_plugins(MusicPlugin);
-    // What is switched fades over.
-    app.register_required_components_with::<SurfaceStyle, _>(|| StyleFade { seconds: 0.3 });
+    add(&mut app);
     // Otherwise the panel would be drawn over the image of the first camera.
     app.world_mut().resource_mut::<EguiGlobalSettings>().auto_create_primary_context = false;
     // The game is shown over the camera's picture, beside the panel.

@@ -97,7 +97,7 @@ impl Studio {
 
 /// Waits for the scenes and for the light that is measured in the ball.
 fn load(app: &mut App) -> Outcome<()> {
-    headless::update_until(app, "loading the scenes", MAX_WAIT, has_loaded)?;
+    headless::update_until(app, "loading the scenes", MAX_WAIT, |app| has_loaded(app.world_mut()))?;
     let assets = app.world().resource::<AssetServer>().clone();
     let world = app.world_mut();
     for scene in world.query::<&WorldAssetRoot>().iter(world) {

@@ -1,6 +1,6 @@
 //! A program without a window that draws some frames and writes the last one.
 
-use super::{Outcome, fits_device, rgb_image};
+use super::{Outcome, fits_device, has_loaded, rgb_image};
 use bevy::{
     app::PluginsState,
     camera::RenderTarget,
@@ -63,7 +63,7 @@ impl DrawToFile {
         app.finish();
         app.cleanup();
         fits_device(&app, self.size)?;
-        headless::update_until(&mut app, "loading the scenes", MAX_WAIT, has_loaded)?;
+        headless::update_until(&mut app, "loading the scenes", MAX_WAIT, |app| has_loaded(app.world_mut()))?;
         headless::settle(&mut app)?;
         restart_feeds(app.world_mut());
         app.world_mut().write_message_batch(self.key.map(press));
@@ -76,15 +76,6 @@ impl DrawToFile {
         println!("{}: see {out}", self.name);
         Ok(())
     }
-}
-
-/// Returns whether no scene is loading any more. Those that cannot be loaded are in the log.
-pub(crate) fn has_loaded(app: &mut App) -> bool {
-    let assets = app.world().resource::<AssetServer>().clone();
-    let world = app.world_mut();
-    world.query::<&WorldAssetRoot>().iter(world).all(|scene| {
-        assets.get_recursive_dependency_load_state(&scene.0).is_none_or(|state| state.is_loaded() || state.is_failed())
-    })
 }
 
 /// Starts all feeds again, from their first frames.

@@ -5,11 +5,15 @@
 
 mod asset_path;
 pub(crate) mod captions;
+#[cfg(not(target_arch = "wasm32"))]
 mod default_plugins;
+#[cfg(not(target_arch = "wasm32"))]
 mod draw_to_file;
 mod exit_code;
+#[cfg(not(target_arch = "wasm32"))]
 mod fits_device;
 mod has_display;
+mod has_loaded;
 mod headless_log;
 mod loading_error;
 mod parse_intrinsics;
@@ -19,11 +23,13 @@ mod scene_path;
 mod window_log;
 
 pub(crate) use asset_path::asset_path;
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) use default_plugins::DefaultPlugins;
-pub(crate) use draw_to_file::has_loaded;
 pub(crate) use exit_code::{Outcome, exit_code, run_with_options};
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) use fits_device::fits_device;
 pub(crate) use has_display::has_display;
+pub(crate) use has_loaded::has_loaded;
 pub(crate) use headless_log::headless_log;
 pub(crate) use loading_error::loading_error;
 pub(crate) use parse_intrinsics::parse_intrinsics;
