@@ -196,6 +196,7 @@ impl Options {
     }
 
     /// Whether a camera is asked for.
+    #[cfg(target_arch = "wasm32")]
     pub(crate) fn has_device(&self) -> bool {
         matches!(self.feed, Some(Feed::Device(_)))
     }

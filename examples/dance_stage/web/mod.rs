@@ -1,8 +1,8 @@
 //! The stage in the page of a browser: `index.html` beside this file, served by `scripts/web.sh`.
 //!
 //! The page's address has the options of the command line, as `?toon=all&demo`, and what is shown is told to the page
-//! (see [`report`]). Presses of its buttons come as keys. With `?frame=N` the picture is the one that `--headless` writes
-//! as frame N, and then stands still.
+//! (see [`report`]). Presses of its buttons come as keys. With `?frame=N` the picture is the one that `--headless`
+//! writes as frame N, and then stands still.
 
 mod pipelines;
 mod report;
@@ -107,7 +107,8 @@ fn is_lit(state: &EnvironmentState) -> bool {
 pub(crate) fn open_feed(feed: &Feed) -> Outcome<(CameraFeed, UVec2)> {
     match feed {
         Feed::Clip(_) => Ok((CameraFeed::default(), DEVICE_SIZE)),
-        Feed::Device(_) => Err("the page has no cameras yet".into()),
+        // The browser lets the user choose.
+        Feed::Device(_) => Ok((CameraFeed::browser(BrowserCameraOptions::default()), DEVICE_SIZE)),
         Feed::Image(_) => Err("a page has no files; leave out feed, or give device:0".into()),
     }
 }
