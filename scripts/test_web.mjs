@@ -1,0 +1,89 @@
+// Tests the page with the dance stage in Chromium; see scripts/test_web.sh, which sets:
+//   PAGE      the folder that scripts/web.sh has made
+//   OUT       the folder for lit.png and toon.png
+//   CHROMIUM  the browser
+import http from 'node:http';
+import fs from 'node:fs';
+import path from 'node:path';
+import { chromium } from 'playwright-core';
+
+const { PAGE, OUT, CHROMIUM } = process.env;
+const types = { html: 'text/html', js: 'text/javascript', wasm: 'application/wasm', jpg: 'image/jpeg', json: 'application/json' };
+// Software graphics on two busy cores takes ten seconds a picture, and the first ten prepare it.
+const PATIENCE = 600_000;
+// WebGPU by SwiftShader, into the canvas as well: without a Vulkan behind ANGLE the canvas loses the device.
+const flags = ['--no-sandbox', '--enable-unsafe-webgpu', '--use-webgpu-adapter=swiftshader', '--enable-features=Vulkan',
+  '--use-angle=vulkan', '--use-vulkan=swiftshader', '--disable-background-networking', '--no-first-run'];
+
+const server = http.createServer((request, response) => {
+  const name = path.normalize(new URL(request.url, 'http://x').pathname);
+  fs.readFile(path.join(PAGE, name === '/' ? 'index.html' : name), (error, bytes) => {
+    const type = types[name.split('.').pop()] ?? (name === '/' ? 'text/html' : 'application/octet-stream');
+    response.writeHead(error ? 404 : 200, { 'content-type': type, 'content-length': bytes?.length ?? 0 });
+    response.end(bytes ?? '');
+  });
+}).listen(0, '127.0.0.1');
+await new Promise((ready) => server.once('listening', ready));
+const address = `http://127.0.0.1:${server.address().port}/`;
+
+let failures = 0;
+function check(what, isRight, found = '') {
+  console.log(`${isRight ? 'ok  ' : 'FAIL'} ${what}${found ? `: ${found}` : ''}`);
+  failures += isRight ? 0 : 1;
+}
+
+// Opens a page in a browser of its own, and collects what it has to complain about.
+async function open(query, run, { args = flags, before } = {}) {
+  const browser = await chromium.launch({ executablePath: CHROMIUM, headless: true, args });
+  const errors = [];
+  try {
+    const page = await browser.newPage({ viewport: { width: 1000, height: 900 } });
+    page.setDefaultTimeout(PATIENCE);
+    const isError = (message) => message.type() === 'error' || /ERROR|panicked|WebGPU|GPUValidation/.test(message.text());
+    page.on('console', (message) => { if (isError(message)) errors.push(message.text()); });
+    page.on('pageerror', (error) => { if (!error.message.includes('control flow')) errors.push(error.message); });
+    page.on('request', (request) => { if (!request.url().startsWith(address) && !/^(data|blob):/.test(request.url())) errors.push(`asked for ${request.url()}`); });
+    if (before) await page.addInitScript(before);
+    await page.goto(address + query);
+    await run(page);
+  } catch (error) {
+    check(query, false, String(error).slice(0, 500));
+  } finally {
+    await browser.close();
+  }
+  return errors;
+}
+
+const stage = (page) => page.evaluate(() => document.documentElement.dataset.stage);
+const settled = (page) => page.waitForFunction(() => ['lit', 'failed'].includes(document.documentElement.dataset.stage));
+const reason = (page) => page.textContent('#reason');
+
+// The picture of the canvas alone.
+async function save(page, name) {
+  await page.locator('#stage').screenshot({ path: path.join(OUT, `${name}.png`), timeout: PATIENCE });
+}
+
+fs.rmSync(path.join(OUT, 'lit.png'), { force: true });
+fs.rmSync(path.join(OUT, 'toon.png'), { force: true });
+
+const withoutGpu = await open('', async (page) => {
+  await settled(page);
+  check('without WebGPU the page says so', (await reason(page)).includes('no WebGPU'), await reason(page));
+}, { before: () => Object.defineProperty(Navigator.prototype, 'gpu', { get: () => undefined }) });
+check('without WebGPU there is no other error', withoutGpu.length === 0, withoutGpu.join('; '));
+
+const errors = await open('?frame=0', async (page) => {
+  await settled(page);
+  check('frame 0 is lit', (await stage(page)) === 'lit', await reason(page));
+  await save(page, 'lit');
+  await page.click('#all');
+  await page.waitForFunction(() => JSON.parse(document.documentElement.dataset.things).every(([, isToon]) => isToon));
+  await page.waitForFunction(() => document.documentElement.dataset.stage === 'loading');
+  await settled(page);
+  check('all things are toon', (await stage(page)) === 'lit');
+  await save(page, 'toon');
+});
+check('nothing is an error', errors.length === 0, errors.slice(0, 5).join('; '));
+
+server.close();
+process.exit(failures ? 1 : 0);

@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Builds the page with the dance stage and serves it on this machine. The folder that it makes works unchanged on any web server with
+# HTTPS (browsers give WebGPU and cameras to no other pages, but for those on localhost).
+#
+#   scripts/web.sh              builds, serves on http://localhost:8000
+#   scripts/web.sh --release    optimized and smaller (the first time builds all of Bevy anew)
+#   scripts/web.sh --no-serve   builds only, and prints the folder as its last line
+#   PORT=8080 scripts/web.sh    another port
+#
+# Needs a compiler with the target wasm32-unknown-unknown (scripts/check_web.sh --install, by rustup), wasm-bindgen of the version in
+# Cargo.lock, which it says how to install, and Python to serve. See docs/WEB.md.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+readonly target=wasm32-unknown-unknown
+readonly cache=${XDG_CACHE_HOME:-$HOME/.cache}
+export CARGO_TARGET_DIR=${MIRRORBALL_WEB_TARGET_DIR:-$cache/mirrorball-web-target}
+
+profile=dev is_serving=yes
+for argument in "$@"; do
+    case $argument in
+    --release) profile=web ;;
+    --no-serve) is_serving='' ;;
+    *)
+        echo "unknown option $argument; see the head of $0" >&2
+        exit 1
+        ;;
+    esac
+done
+
+fail() {
+    echo "web: $1" >&2
+    exit 1
+}
+
+command -v rustc >/dev/null || fail "there is no Rust; see https://rustup.rs"
+compgen -G "$(rustc --print sysroot)/lib/rustlib/$target/lib/libstd-*.rlib" >/dev/null ||
+    fail "the compiler lacks the target; rustup target add $target"
+version=$(sed -n '/^name = "wasm-bindgen"$/{n;s/version = "\(.*\)"/\1/p}' Cargo.lock)
+PATH=$cache/mirrorball-web-tools/bin:$PATH
+[ "$(wasm-bindgen --version 2>/dev/null)" = "wasm-bindgen $version" ] ||
+    fail "no wasm-bindgen $version; cargo install --root $cache/mirrorball-web-tools wasm-bindgen-cli --version $version"
+
+echo "web: building (the first time takes about ten minutes on two cores, Bevy is large)"
+cargo build --quiet --locked --profile "$profile" --target "$target" --no-default-features --features egui,locus,webgpu \
+    --example dance_stage
+folder=$CARGO_TARGET_DIR/page-$profile
+mkdir -p "$folder/assets/models"
+wasm-bindgen --target web --no-typescript --out-dir "$folder" \
+    "$CARGO_TARGET_DIR/$target/${profile/#dev/debug}/examples/dance_stage.wasm"
+cp examples/dance_stage/web/index.html examples/dance_stage/web/page.js "$folder/"
+# What the stage loads, and what the page refers to.
+cp -r assets/desk assets/desk_clip assets/markers assets/scenes "$folder/assets/"
+cp assets/models/dancer.glb "$folder/assets/models/"
+
+if [ -z "$is_serving" ]; then
+    echo "$folder"
+    exit
+fi
+port=${PORT:-8000}
+command -v python3 >/dev/null || fail "there is no python3 to serve $folder with; any other server does"
+echo "web: http://localhost:$port (the folder is $folder; Ctrl+C ends)"
+exec python3 -m http.server --bind 127.0.0.1 --directory "$folder" "$port"
