@@ -134,9 +134,8 @@
 //! - `apriltag` (default): marker detection with the AprilTag C library; needs a C compiler.
 //! - `webcam`: `CameraFeed::device`; on Linux building needs libclang.
 //! - `egui`: `debug::MirrorballPanelPlugin`. `audio`, `gamepad`: for the example `dance_stage` only.
-//!
-//! Without default features the library type-checks for browsers (`wasm32-unknown-unknown`); `docs/WEB.md` says what a
-//! game has to bring, and what is different there.
+//! - `locus`: marker detection in pure Rust, for tag36h11. `webgpu`: Bevy's renderer for browsers; `docs/WEB.md` says
+//!   what a game there has to bring, and what is different.
 //!
 //! # Frames of reference and units
 //! World: Bevy's, right-handed, +Y up, meters. Marker: origin at the center of the black square, +X right, +Y out of
