@@ -5,6 +5,7 @@
 #   window    opening windows, where there is a display
 #   audio     building the feature `audio`
 #   gamepad   building the feature `gamepad`
+#   browser   testing pages in Chromium
 
 # Prints the driver file of lavapipe, Mesa's software Vulkan. Fails if there is none.
 software_vulkan() {
@@ -94,6 +95,13 @@ missing_packages() {
         audio) if ! pkg-config --exists alsa 2>/dev/null; then echo libasound2-dev; fi ;;
         # gamepads are found with it
         gamepad) if ! pkg-config --exists libudev 2>/dev/null; then echo libudev-dev; fi ;;
+        # the browser, what drives it, and what makes its fake camera's film
+        browser)
+            if ! command -v chromium >/dev/null && ! command -v google-chrome >/dev/null; then echo chromium; fi
+            if ! command -v node >/dev/null; then echo nodejs; fi
+            if ! command -v npm >/dev/null; then echo npm; fi
+            if ! command -v ffmpeg >/dev/null; then echo ffmpeg; fi
+            ;;
         # loaded by name when a window is opened; a desktop has them
         window)
             if [ -z "${DISPLAY:-}" ]; then continue; fi

@@ -1,13 +1,17 @@
 // Tests the page with the dance stage in Chromium; see scripts/test_web.sh, which sets:
 //   PAGE      the folder that scripts/web.sh has made
-//   OUT       the folder for lit.png and toon.png
+//   OUT       the folder for lit.png, toon.png and camera.png
+//   NATIVE    the folder with lit.png and toon.png of the native program
+//   VIDEO     what the browser's fake camera sees, the recorded desk
 //   CHROMIUM  the browser
 import http from 'node:http';
 import fs from 'node:fs';
 import path from 'node:path';
 import { chromium } from 'playwright-core';
 
-const { PAGE, OUT, CHROMIUM } = process.env;
+const { PAGE, OUT, CHROMIUM, NATIVE, VIDEO } = process.env;
+// Largest mean difference of a picture from the native one, of 255: rasterizers differ along edges.
+const MAX_DIFFERENCE = 2;
 const types = { html: 'text/html', js: 'text/javascript', wasm: 'application/wasm', jpg: 'image/jpeg', json: 'application/json' };
 // Software graphics on two busy cores takes ten seconds a picture, and the first ten prepare it.
 const PATIENCE = 600_000;
@@ -63,8 +67,34 @@ async function save(page, name) {
   await page.locator('#stage').screenshot({ path: path.join(OUT, `${name}.png`), timeout: PATIENCE });
 }
 
-fs.rmSync(path.join(OUT, 'lit.png'), { force: true });
-fs.rmSync(path.join(OUT, 'toon.png'), { force: true });
+// Compares a picture of the page with the native one.
+async function compare(name) {
+  const url = (folder) => `data:image/png;base64,${fs.readFileSync(path.join(folder, `${name}.png`)).toString('base64')}`;
+  const browser = await chromium.launch({ executablePath: CHROMIUM, headless: true, args: ['--no-sandbox'] });
+  try {
+    const page = await browser.newPage();
+    const found = await page.evaluate(async (urls) => {
+      const [a, b] = await Promise.all(urls.map(async (url) => {
+        const image = await createImageBitmap(await (await fetch(url)).blob());
+        const context = new OffscreenCanvas(image.width, image.height).getContext('2d');
+        context.drawImage(image, 0, 0);
+        return context.getImageData(0, 0, image.width, image.height);
+      }));
+      if (a.width !== b.width || a.height !== b.height) return `${a.width} × ${a.height} pixels instead of ${b.width} × ${b.height}`;
+      let sum = 0;
+      for (let i = 0; i < a.data.length; i += 1) sum += Math.abs(a.data[i] - b.data[i]);
+      // Alpha is 255 in both.
+      return sum / (a.width * a.height * 3);
+    }, [url(OUT), url(NATIVE)]);
+    check(`${name}.png is the native picture`, found <= MAX_DIFFERENCE, typeof found === 'string' ? found : `${found.toFixed(2)} of 255 in the mean`);
+  } catch (error) {
+    check(`${name}.png is the native picture`, false, String(error).slice(0, 300));
+  } finally {
+    await browser.close();
+  }
+}
+
+for (const name of ['lit', 'toon', 'camera']) fs.rmSync(path.join(OUT, `${name}.png`), { force: true });
 
 const withoutGpu = await open('', async (page) => {
   await settled(page);
@@ -84,6 +114,21 @@ const errors = await open('?frame=0', async (page) => {
   await save(page, 'toon');
 });
 check('nothing is an error', errors.length === 0, errors.slice(0, 5).join('; '));
+await compare('lit');
+await compare('toon');
+
+// The clip's camera, whose images are 640 pixels wide at a focal length of 601.8.
+const camera = ['--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream', `--use-file-for-fake-video-capture=${VIDEO}`];
+const cameraErrors = await open('?feed=device:0&fov=56', async (page) => {
+  const isOver = () => document.documentElement.dataset.marker === 'tracked' || document.documentElement.dataset.stage === 'failed';
+  await page.waitForFunction(isOver);
+  await settled(page);
+  const { feed, marker } = await page.evaluate(() => ({ ...document.documentElement.dataset }));
+  check('the camera plays', feed === 'playing', await reason(page));
+  check('its marker is tracked', marker === 'tracked', marker);
+  await save(page, 'camera');
+}, { args: [...flags, ...camera] });
+check('nothing is an error with a camera', cameraErrors.length === 0, cameraErrors.slice(0, 5).join('; '));
 
 server.close();
 process.exit(failures ? 1 : 0);

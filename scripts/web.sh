@@ -7,8 +7,8 @@
 #   scripts/web.sh --no-serve   builds only, and prints the folder as its last line
 #   PORT=8080 scripts/web.sh    another port
 #
-# Needs a compiler with the target wasm32-unknown-unknown (scripts/check_web.sh --install, by rustup), wasm-bindgen of the version in
-# Cargo.lock, which it says how to install, and Python to serve. See docs/WEB.md.
+# Installs what is missing: the target wasm32-unknown-unknown with rustup, and wasm-bindgen of the version in Cargo.lock with cargo, into
+# the user's cache. Needs Python to serve. See docs/WEB.md.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -34,12 +34,17 @@ fail() {
 }
 
 command -v rustc >/dev/null || fail "there is no Rust; see https://rustup.rs"
-compgen -G "$(rustc --print sysroot)/lib/rustlib/$target/lib/libstd-*.rlib" >/dev/null ||
-    fail "the compiler lacks the target; rustup target add $target"
+if ! compgen -G "$(rustc --print sysroot)/lib/rustlib/$target/lib/libstd-*.rlib" >/dev/null; then
+    command -v rustup >/dev/null || fail "the compiler lacks the target $target, and there is no rustup to add it"
+    rustup target add "$target"
+fi
 version=$(sed -n '/^name = "wasm-bindgen"$/{n;s/version = "\(.*\)"/\1/p}' Cargo.lock)
 PATH=$cache/mirrorball-web-tools/bin:$PATH
-[ "$(wasm-bindgen --version 2>/dev/null)" = "wasm-bindgen $version" ] ||
-    fail "no wasm-bindgen $version; cargo install --root $cache/mirrorball-web-tools wasm-bindgen-cli --version $version"
+if [ "$(wasm-bindgen --version 2>/dev/null)" != "wasm-bindgen $version" ]; then
+    echo "web: installing wasm-bindgen $version"
+    CARGO_TARGET_DIR=$cache/mirrorball-web-tools/target cargo install --quiet --root "$cache/mirrorball-web-tools" \
+        wasm-bindgen-cli --version "$version"
+fi
 
 echo "web: building (the first time takes about ten minutes on two cores, Bevy is large)"
 cargo build --quiet --locked --profile "$profile" --target "$target" --no-default-features --features egui,locus,webgpu \

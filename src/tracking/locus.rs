@@ -27,9 +27,11 @@ pub struct LocusDetector {
 impl LocusDetector {
     /// Sets the detector up, with one thread.
     pub fn new() -> Self {
+        // Browsers have no threads to make: 0 stands for what there is.
+        let threads = if cfg!(target_arch = "wasm32") { 0 } else { 1 };
         let detector = |decimation| {
             let builder = DetectorBuilder::new().with_family(TagFamily::AprilTag36h11);
-            Mutex::new(builder.with_decimation(decimation).with_threads(1).build())
+            Mutex::new(builder.with_decimation(decimation).with_threads(threads).build())
         };
         Self { full: detector(1), half: detector(2) }
     }
