@@ -7,33 +7,20 @@
 //!
 //! | extras of a node | component |
 //! |---|---|
-//! | `{"MarkerAnchor": {"id": 0, "size": 0.1, "family": "tag36h11"}}` | [`MarkerAnchor`]; `id` and `size` are mandatory
-//! |
-//! | `{"MarkerBoard": {"grid": {"columns": 3, "rows": 2, "spacing": 0.13}}}`, see [below](self#boards) |
-//! [`MarkerBoard`], beside a `MarkerAnchor` |
-//! | `{"PoseFilter": {"filter": "Live", "min_cutoff": 1, "lost_after": 0.5}}`, all its fields, times in seconds |
-//! [`PoseFilter`], beside a `MarkerAnchor` |
+//! | `{"MarkerAnchor": {"id": 0, "size": 0.1, "family": "tag36h11"}}` | [`MarkerAnchor`]; `id` and `size` are mandatory |
+//! | `{"MarkerBoard": {"grid": {"columns": 3, "rows": 2, "spacing": 0.13}}}`, see [below](self#boards) | [`MarkerBoard`], beside a `MarkerAnchor` |
+//! | `{"PoseFilter": {"filter": "Live", "min_cutoff": 1, "lost_after": 0.5}}`, all its fields, times in seconds | [`PoseFilter`], beside a `MarkerAnchor` |
 //! | `{"WorldOrigin": {}}` | [`WorldOrigin`] |
 //! | `{"VirtualButton": {"width": 0.06, "height": 0.04}}`, in meters | [`VirtualButton`], below a `MarkerAnchor` |
-//! | `{"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9, "surface": "Mirror"}}` | [`LightProbeSphere`]; or
-//! `"Dielectric"` |
-//! | `{"ClipRecovery": {"is_enabled": true, "paper_reflectance": 0.8, "max_gain": 1000, "evidence": "Desk"}}` |
-//! [`ClipRecovery`], beside a `LightProbeSphere`; or `"Paper"` |
-//! | `{"PhantomObject": {"casts": true, "receives": true, "reflectance": 0.8}}` | [`PhantomObject`]; the reflectance is
-//! optional and may be `[r, g, b]`, linear |
+//! | `{"LightProbeSphere": {"radius": 0.05, "reflectance": 0.9, "surface": "Mirror"}}` | [`LightProbeSphere`]; or `"Dielectric"` |
+//! | `{"ClipRecovery": {"is_enabled": true, "paper_reflectance": 0.8, "max_gain": 1000, "evidence": "Desk"}}` | [`ClipRecovery`], beside a `LightProbeSphere`; or `"Paper"` |
+//! | `{"PhantomObject": {"casts": true, "receives": true, "reflectance": 0.8}}` | [`PhantomObject`]; the reflectance is optional and may be `[r, g, b]`, linear |
 //! | `{"ShadowDomeLight": {"directions": 64, "filter": "Gauss"}}`, all its fields | [`ShadowDomeLight`] |
-//! | `{"SurfaceStyle": "Toon"}`, `"Classic"`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and its
-//! descendants |
-//! | `{"SurfaceStyle": {"Toon": {"bands": 4, "key": "StrongestRealLight", "softness": 0, "highlight": true, "rim": 0,
-//! "outline_width": 2, "outline_meters": 0, "outline_color": "#000000"}}}`; `"key": "Direction"` with `"key_direction":
-//! [0, 1, 0]`; `"model": "Phong"` with `"diffuse"`, `"specular"` and `"exponent"` | the same with details |
-//! | `{"SurfaceStyle": {"Classic": {"model": "Combined", "specular": 0.5, "exponent": 50, "fresnel": 0.04}}}`, or
-//! `"GlossMap"`, `"Mixed"` or `"SphereMap"`, each with its coefficients | the same; all fields of
-//! [`ClassicStyle`](crate::materials::ClassicStyle) |
-//! | `{"StyleFade": {"seconds": 0.5}}`, 0…60 | [`StyleFade`](crate::materials::StyleFade) of the node and its
-//! descendants |
-//! | `{"MeasuredLightWeight": {"weight": 0.2}}`, 0…1 | [`MeasuredLightWeight`](crate::materials::MeasuredLightWeight)
-//! of the node and its descendants |
+//! | `{"SurfaceStyle": "Toon"}`, `"Classic"`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and its descendants |
+//! | `{"SurfaceStyle": {"Toon": {"bands": 4, "key": "StrongestRealLight", "softness": 0, "highlight": true, "rim": 0, "outline_width": 2, "outline_meters": 0, "outline_color": "#000000"}}}`; `"key": "Direction"` with `"key_direction": [0, 1, 0]`; `"model": "Phong"` with `"diffuse"`, `"specular"` and `"exponent"` | the same with details |
+//! | `{"SurfaceStyle": {"Classic": {"model": "Combined", "specular": 0.5, "exponent": 50, "fresnel": 0.04}}}`, or `"GlossMap"`, `"Mixed"` or `"SphereMap"`, each with its coefficients | the same; all fields of [`ClassicStyle`](crate::materials::ClassicStyle) |
+//! | `{"StyleFade": {"seconds": 0.5}}`, 0…60 | [`StyleFade`](crate::materials::StyleFade) of the node and its descendants |
+//! | `{"MeasuredLightWeight": {"weight": 0.2}}`, 0…1 | [`MeasuredLightWeight`](crate::materials::MeasuredLightWeight) of the node and its descendants |
 //!
 //! One node may have several components. Omitted fields take the component's default. The tag family is optional;
 //! [`MarkerFamily`] lists them. Colors are sRGB. Lengths are in meters, in the node's own frame of reference; the
@@ -48,8 +35,7 @@
 //! | `"grid": {"columns": 3, "rows": 2, "spacing": 0.13}` | [`MarkerBoard::grid`] |
 //! | `"around_ball": {"x": 0.17, "z": 0.01, "radius": 0.05}` | [`MarkerBoard::around_ball`] |
 //! | `"box_sides": {"box_size": [0.2, 0.12, 0.15], "size": 0.08}` | [`MarkerBoard::box_sides`]; `size` is optional |
-//! | `"markers": [{"id": 5, "position": [0.13, 0, 0]}, …]` | each with its `id` and `position`, optionally `size`,
-//! `family` and `rotation_degrees` |
+//! | `"markers": [{"id": 5, "position": [0.13, 0, 0]}, …]` | each with its `id` and `position`, optionally `size`, `family` and `rotation_degrees` |
 //!
 //! A `position` is in the frame of the anchor's marker: +x to the right, +y out of the paper, +z to the bottom edge, as
 //! in the exported file (Blender's own axes are others: its z is y here, its y is −z). `rotation_degrees` turns about

@@ -15,8 +15,10 @@ const HALF: f32 = 1.5;
 
 /// Detector for AprilTag markers of the family tag36h11 in pure Rust.
 ///
-/// Not as exact at small markers as [the C library](super::AprilTagDetector), and without the other families; corners
-/// are aligned with the printed pattern afterwards, as they are with that.
+/// Not as good at photographs as [the C library](super::AprilTagDetector) (it reads 84 of the 93 markers that the
+/// library reads in 55 photographs), nor as exact at small markers (its corners are off by 0.6 to 1 pixel in rendered
+/// markers 24 pixels wide, those of the library by 0.2), twice as fast, and without the other families. Corners are
+/// aligned with the printed pattern afterwards, as they are with that: poses on the recorded desk are equal.
 pub struct LocusDetector {
     /// At full resolution. Detectors may not be shared between threads, which a mutex makes up for.
     full: Mutex<Detector>,

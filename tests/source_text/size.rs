@@ -45,6 +45,24 @@ fn no_line_is_too_wide() {
     assert!(wide.is_empty(), "{} lines are wider than {MAX_COLUMNS} columns:\n{}", wide.len(), wide.join("\n"));
 }
 
+/// Whether a line of documentation is part of a row of a table that goes on in another line, where no table can.
+fn is_broken_row(line: &str) -> bool {
+    let text = ["//!", "///"].iter().find_map(|start| line.trim_start().strip_prefix(start)).map_or("", str::trim);
+    text == "|" || text.starts_with('|') != text.ends_with('|')
+}
+
+#[test]
+fn rows_of_tables_are_whole() {
+    let mut broken = Vec::new();
+    for file in sources(&["src", "tests", "examples", "benches"]) {
+        let lines = file.text.lines().enumerate().filter(|(_, line)| is_broken_row(line));
+        broken.extend(lines.map(|(i, line)| format!("{}:{}: {line}", file.path, i + 1)));
+    }
+    assert!(broken.is_empty(), "write each row of a table into one line:\n{}", broken.join("\n"));
+    assert!(is_broken_row("//! | a | b") && is_broken_row("    /// b |") && is_broken_row("//! |"));
+    assert!(!is_broken_row("/// | a | b |") && !is_broken_row("// a |") && !is_broken_row("/// a | b"));
+}
+
 /// Lines from the unit tests at the foot of a file on.
 fn test_lines(text: &str) -> usize {
     let lines: Vec<&str> = text.lines().collect();
