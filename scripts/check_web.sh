@@ -10,13 +10,13 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly target=wasm32-unknown-unknown
-readonly cache=${XDG_CACHE_HOME:-$HOME/.cache}
+source scripts/web_tools.sh
+
 # Debian's compiler for the web has no rustup and conflicts with its packages. Unpacked, it shadows nothing.
-readonly unpacked=$cache/mirrorball-web-toolchain
+readonly unpacked=$web_cache/mirrorball-web-toolchain
 readonly packages=(rustc-web cargo-web rust-web-src)
 # Other flags and another compiler than usual: a folder of its own keeps the usual build as it is.
-export CARGO_TARGET_DIR=${MIRRORBALL_WEB_TARGET_DIR:-$cache/mirrorball-web-target}
+export CARGO_TARGET_DIR=${MIRRORBALL_WEB_TARGET_DIR:-$web_cache/mirrorball-web-target}
 export CARGO_INCREMENTAL=0
 
 is_required='' is_installing=''
@@ -30,12 +30,6 @@ for argument in "$@"; do
         ;;
     esac
 done
-
-# Whether the usual compiler has the standard library of the target.
-has_target() {
-    command -v cargo >/dev/null && command -v rustc >/dev/null &&
-        compgen -G "$(rustc --print sysroot)/lib/rustlib/$target/lib/libstd-*.rlib" >/dev/null
-}
 
 # Whether Debian's compiler was unpacked.
 has_unpacked() { [ -x "$unpacked/usr/bin/rustc" ] && [ -x "$unpacked/usr/bin/cargo" ]; }
@@ -64,18 +58,18 @@ unpack_toolchain() {
     echo "web: unpacked rustc-web into $unpacked"
 }
 
-if [ -n "$is_installing" ] && ! has_target && ! has_unpacked; then
+if [ -n "$is_installing" ] && ! has_web_target && ! has_unpacked; then
     if command -v rustup >/dev/null; then
-        echo "web: rustup target add $target"
-        rustup target add "$target"
+        echo "web: rustup target add $web_target"
+        rustup target add "$web_target"
     else
         unpack_toolchain
     fi
 fi
 
-arguments=(check --locked --lib --no-default-features --target "$target")
-if has_target; then
-    echo "web: $(rustc --version), with its standard library for $target"
+arguments=(check --locked --lib --no-default-features --target "$web_target")
+if has_web_target; then
+    echo "web: $(rustc --version), with its standard library for $web_target"
     cargo "${arguments[@]}"
 elif has_unpacked; then
     export PATH="$unpacked/usr/bin:$PATH"
@@ -86,7 +80,7 @@ elif has_unpacked; then
     # It has no standard library for the target; building that is not stable yet. Warnings of a newer compiler are not ours.
     RUSTC_BOOTSTRAP=1 cargo "${arguments[@]}" -Z build-std=std,panic_abort
 else
-    echo "web: not checked, because no compiler here has the target $target; scripts/check_web.sh --install gets one"
+    echo "web: not checked, because no compiler here has the target $web_target; scripts/check_web.sh --install gets one"
     [ -z "$is_required" ]
     exit
 fi

@@ -6,14 +6,15 @@
 #   scripts/test_browser_camera.sh refused     only those with this in their names
 #   scripts/test_browser_camera.sh --require   fails where it cannot test
 #
-# Needs Chromium, Node.js with npm, ffmpeg, a compiler with the target wasm32-unknown-unknown (scripts/check_web.sh --install, by rustup)
-# and wasm-bindgen of the version in Cargo.lock, which it says how to install. Fetches playwright-core with npm.
+# Installs what is missing: Chromium, Node.js with npm and ffmpeg with apt-get, as root or with sudo, what scripts/web_tools.sh has, and
+# playwright-core with npm.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly target=wasm32-unknown-unknown
-readonly cache=${XDG_CACHE_HOME:-$HOME/.cache}
-export CARGO_TARGET_DIR=${MIRRORBALL_WEB_TARGET_DIR:-$cache/mirrorball-web-target}
+source scripts/install_packages.sh
+source scripts/web_tools.sh
+
+export CARGO_TARGET_DIR=${MIRRORBALL_WEB_TARGET_DIR:-$web_cache/mirrorball-web-target}
 readonly work=$CARGO_TARGET_DIR/browser_camera
 readonly crate=scripts/browser_camera
 
@@ -36,22 +37,18 @@ lack() {
     exit
 }
 
-version=$(sed -n '/^name = "wasm-bindgen"$/{n;s/version = "\(.*\)"/\1/p}' Cargo.lock)
-PATH=$cache/mirrorball-web-tools/bin:$PATH
+install_packages browser || true
 chromium=${CHROMIUM:-$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)}
 [ -n "$chromium" ] || lack "there is no Chromium; on Debian: apt-get install chromium"
 for program in node npm ffmpeg; do
     command -v "$program" >/dev/null || lack "there is no $program; on Debian: apt-get install nodejs npm ffmpeg"
 done
-compgen -G "$(rustc --print sysroot 2>/dev/null)/lib/rustlib/$target/lib/libstd-*.rlib" >/dev/null ||
-    lack "the compiler lacks the target; rustup target add $target"
-[ "$(wasm-bindgen --version 2>/dev/null)" = "wasm-bindgen $version" ] ||
-    lack "there is no wasm-bindgen $version; cargo install --root $cache/mirrorball-web-tools wasm-bindgen-cli --version $version"
+install_web_tools || lack "there is nothing to build the page with"
 
 mkdir -p "$work/pages"
 cp Cargo.lock "$crate/Cargo.lock"
-cargo build --quiet --release --manifest-path "$crate/Cargo.toml" --target "$target"
-wasm-bindgen --target web --out-dir "$work/pages/pkg" "$CARGO_TARGET_DIR/$target/release/browser_camera.wasm"
+cargo build --quiet --release --manifest-path "$crate/Cargo.toml" --target "$web_target"
+wasm-bindgen --target web --out-dir "$work/pages/pkg" "$CARGO_TARGET_DIR/$web_target/release/browser_camera.wasm"
 cp "$crate/page.html" "$work/pages/"
 
 # What JPEG files have in full range, cameras and .y4m have in the limited one.

@@ -13,8 +13,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source scripts/runtime_folder.sh
 source scripts/install_packages.sh
 
-readonly cache=${XDG_CACHE_HOME:-$HOME/.cache}
-readonly work=${MIRRORBALL_WEB_TARGET_DIR:-$cache/mirrorball-web-target}/page-test
+readonly work=${MIRRORBALL_WEB_TARGET_DIR:-${XDG_CACHE_HOME:-$HOME/.cache}/mirrorball-web-target}/page-test
 
 is_required=''
 [ "${1:-}" != --require ] || is_required=yes

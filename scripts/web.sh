@@ -12,9 +12,9 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly target=wasm32-unknown-unknown
-readonly cache=${XDG_CACHE_HOME:-$HOME/.cache}
-export CARGO_TARGET_DIR=${MIRRORBALL_WEB_TARGET_DIR:-$cache/mirrorball-web-target}
+source scripts/web_tools.sh
+
+export CARGO_TARGET_DIR=${MIRRORBALL_WEB_TARGET_DIR:-$web_cache/mirrorball-web-target}
 
 profile=dev is_serving=yes
 for argument in "$@"; do
@@ -28,31 +28,14 @@ for argument in "$@"; do
     esac
 done
 
-fail() {
-    echo "web: $1" >&2
-    exit 1
-}
-
-command -v rustc >/dev/null || fail "there is no Rust; see https://rustup.rs"
-if ! compgen -G "$(rustc --print sysroot)/lib/rustlib/$target/lib/libstd-*.rlib" >/dev/null; then
-    command -v rustup >/dev/null || fail "the compiler lacks the target $target, and there is no rustup to add it"
-    rustup target add "$target"
-fi
-version=$(sed -n '/^name = "wasm-bindgen"$/{n;s/version = "\(.*\)"/\1/p}' Cargo.lock)
-PATH=$cache/mirrorball-web-tools/bin:$PATH
-if [ "$(wasm-bindgen --version 2>/dev/null)" != "wasm-bindgen $version" ]; then
-    echo "web: installing wasm-bindgen $version"
-    CARGO_TARGET_DIR=$cache/mirrorball-web-tools/target cargo install --quiet --root "$cache/mirrorball-web-tools" \
-        wasm-bindgen-cli --version "$version"
-fi
-
+install_web_tools
 echo "web: building (the first time takes about ten minutes on two cores, Bevy is large)"
-cargo build --quiet --locked --profile "$profile" --target "$target" --no-default-features --features egui,locus,webgpu \
+cargo build --quiet --locked --profile "$profile" --target "$web_target" --no-default-features --features egui,locus,webgpu \
     --example dance_stage
 folder=$CARGO_TARGET_DIR/page-$profile
 mkdir -p "$folder/assets/models"
 wasm-bindgen --target web --no-typescript --out-dir "$folder" \
-    "$CARGO_TARGET_DIR/$target/${profile/#dev/debug}/examples/dance_stage.wasm"
+    "$CARGO_TARGET_DIR/$web_target/${profile/#dev/debug}/examples/dance_stage.wasm"
 cp examples/dance_stage/web/index.html examples/dance_stage/web/page.js "$folder/"
 # What the stage loads, and what the page refers to.
 cp -r assets/desk assets/desk_clip assets/markers assets/scenes "$folder/assets/"
@@ -63,6 +46,9 @@ if [ -z "$is_serving" ]; then
     exit
 fi
 port=${PORT:-8000}
-command -v python3 >/dev/null || fail "there is no python3 to serve $folder with; any other server does"
+if ! command -v python3 >/dev/null; then
+    echo "web: there is no python3 to serve $folder with; any other server does" >&2
+    exit 1
+fi
 echo "web: http://localhost:$port (the folder is $folder; Ctrl+C ends)"
 exec python3 -m http.server --bind 127.0.0.1 --directory "$folder" "$port"

@@ -32,10 +32,7 @@ fn run(options: &Options) -> Outcome<()> {
         println!("dance_stage: no display, drawing {} pictures to {}", options.frames, options.out.display());
         return headless::run(options);
     }
-    window::run(options, |app| {
-        // What is switched fades over.
-        app.register_required_components_with::<SurfaceStyle, _>(|| StyleFade { seconds: 0.3 });
-    })
+    window::run(options, window::fade_styles)
 }
 
 /// Returns a feed and the size of its frames. Checks that it exists, but opens nothing that could take long.

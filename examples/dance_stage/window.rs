@@ -91,6 +91,11 @@ pub(crate) fn run(options: &Options, add: impl FnOnce(&mut App)) -> Outcome<()> 
     }
 }
 
+/// Lets what is switched fade over.
+pub(crate) fn fade_styles(app: &mut App) {
+    app.register_required_components_with::<SurfaceStyle, _>(|| StyleFade { seconds: 0.3 });
+}
+
 /// Spawns a camera for the panel that covers the whole window. The viewport of the AR camera is only a part of it.
 fn spawn_panel_camera(mut commands: Commands) {
     let output_mode =

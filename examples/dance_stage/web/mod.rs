@@ -52,10 +52,7 @@ fn run(options: &Options, frame: Option<u32>) -> Outcome<()> {
                 pipelines::watch(app);
                 app.insert_resource(Still::new(frame)).add_systems(Last, still::advance.before(report::report));
             }
-            // What is switched fades over.
-            None => {
-                app.register_required_components_with::<SurfaceStyle, _>(|| StyleFade { seconds: 0.3 });
-            }
+            None => window::fade_styles(app),
         }
     })
 }
