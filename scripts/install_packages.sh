@@ -6,6 +6,7 @@
 #   audio     building the feature `audio`
 #   gamepad   building the feature `gamepad`
 #   browser   testing pages in Chromium
+#   optimizer making programs for browsers small
 
 # Prints the driver file of lavapipe, Mesa's software Vulkan. Fails if there is none.
 software_vulkan() {
@@ -102,6 +103,7 @@ missing_packages() {
             if ! command -v npm >/dev/null; then echo npm; fi
             if ! command -v ffmpeg >/dev/null; then echo ffmpeg; fi
             ;;
+        optimizer) if ! command -v wasm-opt >/dev/null; then echo binaryen; fi ;;
         # loaded by name when a window is opened; a desktop has them
         window)
             if [ -z "${DISPLAY:-}" ]; then continue; fi

@@ -19,12 +19,17 @@ const PATIENCE = 600_000;
 const flags = ['--no-sandbox', '--enable-unsafe-webgpu', '--use-webgpu-adapter=swiftshader', '--enable-features=Vulkan',
   '--use-angle=vulkan', '--use-vulkan=swiftshader', '--disable-background-networking', '--no-first-run'];
 
+let sent = 0;
 const server = http.createServer((request, response) => {
   const name = path.normalize(new URL(request.url, 'http://x').pathname);
-  fs.readFile(path.join(PAGE, name === '/' ? 'index.html' : name), (error, bytes) => {
+  const file = path.join(PAGE, name === '/' ? 'index.html' : name);
+  const isCompressed = fs.existsSync(`${file}.gz`);
+  fs.readFile(isCompressed ? `${file}.gz` : file, (error, bytes) => {
     const type = types[name.split('.').pop()] ?? (name === '/' ? 'text/html' : 'application/octet-stream');
-    response.writeHead(error ? 404 : 200, { 'content-type': type, 'content-length': bytes?.length ?? 0 });
+    const encoding = isCompressed ? { 'content-encoding': 'gzip' } : {};
+    response.writeHead(error ? 404 : 200, { 'content-type': type, 'content-length': bytes?.length ?? 0, ...encoding });
     response.end(bytes ?? '');
+    sent += bytes?.length ?? 0;
   });
 }).listen(0, '127.0.0.1');
 await new Promise((ready) => server.once('listening', ready));
@@ -102,8 +107,11 @@ const withoutGpu = await open('', async (page) => {
 }, { before: () => Object.defineProperty(Navigator.prototype, 'gpu', { get: () => undefined }) });
 check('without WebGPU there is no other error', withoutGpu.length === 0, withoutGpu.join('; '));
 
+const start = Date.now();
+sent = 0;
 const errors = await open('?frame=0', async (page) => {
   await settled(page);
+  console.log(`     the first picture came after ${((Date.now() - start) / 1000).toFixed(0)} s and ${(sent / 1e6).toFixed(1)} MB`);
   check('frame 0 is lit', (await stage(page)) === 'lit', await reason(page));
   await save(page, 'lit');
   await page.click('#all');

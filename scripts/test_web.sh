@@ -5,6 +5,7 @@
 #
 #   scripts/test_web.sh             tests if it can, otherwise says what is missing and passes
 #   scripts/test_web.sh --require   fails where it cannot test
+#   scripts/test_web.sh --release   tests the small program instead, and how much is sent
 #
 # Installs what is missing with apt-get, as root or with sudo: Chromium, Node.js with npm, ffmpeg; and playwright-core with npm. NATIVE,
 # if set, is a folder with lit.png and toon.png that were drawn before. The last line is the verdict.
@@ -15,8 +16,17 @@ source scripts/install_packages.sh
 
 readonly work=${MIRRORBALL_WEB_TARGET_DIR:-${XDG_CACHE_HOME:-$HOME/.cache}/mirrorball-web-target}/page-test
 
-is_required=''
-[ "${1:-}" != --require ] || is_required=yes
+is_required='' profile=()
+for argument in "$@"; do
+    case $argument in
+    --require) is_required=yes ;;
+    --release) profile=(--release) ;;
+    *)
+        echo "unknown option $argument; see the head of $0" >&2
+        exit 1
+        ;;
+    esac
+done
 
 # Ends the script where something is missing.
 lack() {
@@ -32,7 +42,7 @@ for program in node npm ffmpeg; do
     command -v "$program" >/dev/null || lack "there is no $program; on Debian: apt-get install nodejs npm ffmpeg"
 done
 
-log=$(scripts/web.sh --no-serve) || lack "the page could not be built: $log"
+log=$(scripts/web.sh --no-serve "${profile[@]+"${profile[@]}"}") || lack "the page could not be built: $log"
 page=$(tail -n 1 <<<"$log")
 mkdir -p "$work"
 native=${NATIVE:-$work/native}

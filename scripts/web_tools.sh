@@ -28,3 +28,21 @@ install_web_tools() {
             wasm-bindgen-cli --version "$version"
     fi
 }
+
+# Installs binaryen, if it is missing. Fails, after saying why, if it cannot. Needs install_packages.sh.
+require_optimizer() {
+    install_packages optimizer || true
+    if ! command -v wasm-opt >/dev/null; then
+        echo "web: there is no wasm-opt to make the program small with; on Debian: apt-get install binaryen" >&2
+        return 1
+    fi
+}
+
+# Makes a program smaller, in place, without the names of its functions.
+optimize() {
+    echo "web: optimizing (three minutes on two cores)"
+    # what the compiler uses of what browsers with WebGPU have
+    wasm-opt -Oz --strip-debug --enable-bulk-memory --enable-mutable-globals --enable-multivalue \
+        --enable-nontrapping-float-to-int --enable-reference-types --enable-sign-ext "$1" -o "$1.optimized"
+    mv "$1.optimized" "$1"
+}

@@ -54,6 +54,28 @@ impl Intrinsics {
         Self { focal: self.focal * scale, center: self.center * scale, size, ..*self }
     }
 
+    /// Intrinsics of the same camera for frames that are turned by a quarter, clockwise: what was the lower edge is the
+    /// left one. Phones turn their frames like this when they are held upright, in one direction or, after three
+    /// turns, in the other; with the principal point in the middle and no tangential distortion both are equal.
+    ///
+    /// ```
+    /// # use bevy::math::{UVec2, Vec2};
+    /// # use bevy_mirrorball::camera::Intrinsics;
+    /// let across = Intrinsics::new(Vec2::new(600.0, 601.0), Vec2::new(322.0, 239.0), UVec2::new(640, 480));
+    /// let upright = Intrinsics::new(Vec2::new(601.0, 600.0), Vec2::new(241.0, 322.0), UVec2::new(480, 640));
+    /// assert_eq!(across.turned(), upright);
+    /// ```
+    pub fn turned(&self) -> Self {
+        let Distortion { p1, p2, .. } = self.distortion;
+        Self {
+            focal: self.focal.yx(),
+            center: Vec2::new(self.size.y as f32 - self.center.y, self.center.x),
+            size: self.size.yx(),
+            // (p2, p1) is a vector of the frame.
+            distortion: Distortion { p1: p2, p2: -p1, ..self.distortion },
+        }
+    }
+
     /// Returns whether every number is finite, the focal lengths are above 0 and the size is not empty.
     pub fn is_valid(&self) -> bool {
         self.focal.is_finite()
@@ -117,6 +139,23 @@ mod tests {
             let back = k.undistort_pixel(seen).expect("in view");
             assert!(back.distance(pixel) < 1e-2, "{pixel} came back as {back}");
         }
+    }
+
+    #[test]
+    fn a_turned_camera_shows_the_same_points_on_the_turned_frame() {
+        let distortion = Distortion { k1: -0.2, p1: 0.003, p2: -0.002, ..Distortion::NONE };
+        let across = Intrinsics {
+            distortion,
+            ..Intrinsics::new(Vec2::new(600.0, 610.0), Vec2::new(325.0, 236.0), UVec2::new(640, 480))
+        };
+        let upright = across.turned();
+        let turned = |pixel: Vec2| Vec2::new(across.size.y as f32 - pixel.y, pixel.x);
+        for pixel in [Vec2::ZERO, Vec2::new(640.0, 480.0), Vec2::new(100.5, 400.25)] {
+            let [expected, seen] = [turned(across.distort_pixel(pixel)), upright.distort_pixel(turned(pixel))];
+            assert!(expected.distance(seen) < 1e-3, "{pixel}: {seen} instead of {expected}");
+        }
+        let back = upright.turned().turned().turned();
+        assert!(back.center.distance(across.center) < 1e-4 && back.size == across.size, "{back:?}");
     }
 
     #[test]

@@ -7,6 +7,7 @@
 mod pipelines;
 mod report;
 mod still;
+mod turned;
 
 use crate::{
     Outcome,
@@ -23,6 +24,9 @@ use still::Still;
 
 /// The clip that is played without a camera.
 const CLIP: &str = "desk_clip/clip.json";
+
+/// What the page's address has beyond the command line: the frame to show, and what the page itself remembers.
+const NOT_OF_STAGE: [&str; 2] = ["frame", "device"];
 
 /// Runs the stage with the options of the page.
 pub(crate) fn main() -> ExitCode {
@@ -44,7 +48,9 @@ fn run(options: &Options, frame: Option<u32>) -> Outcome<()> {
     report::tell("stage", "loading");
     window::run(options, |app| {
         app.add_systems(Last, report::report);
-        if !options.has_device() {
+        if options.has_device() {
+            app.add_systems(Update, turned::turn_with_phone);
+        } else {
             app.add_systems(Startup, start_clip);
         }
         match frame {
@@ -78,7 +84,7 @@ fn arguments(query: &str) -> Vec<(String, String)> {
 
 /// The same as on a command line.
 fn flags(arguments: &[(String, String)]) -> Vec<String> {
-    let of_stage = arguments.iter().filter(|(name, _)| name != "frame");
+    let of_stage = arguments.iter().filter(|(name, _)| !NOT_OF_STAGE.contains(&name.as_str()));
     let flags = of_stage.flat_map(|(name, value)| [format!("--{name}"), value.clone()]);
     flags.filter(|flag| !flag.is_empty()).collect()
 }

@@ -24,8 +24,8 @@ async function lack() {
 async function fetchProgram() {
   const response = await fetch('dance_stage_bg.wasm');
   if (!response.ok) throw new Error(`the server has no dance_stage_bg.wasm (${response.status})`);
-  // Of a compressed file the length says nothing.
-  const total = response.headers.has('Content-Encoding') ? 0 : Number(response.headers.get('Content-Length'));
+  // Written by the script that builds the page: the length in the header is that of the compressed file.
+  const total = Number(root.dataset.size);
   let here = 0;
   const count = new TransformStream({
     transform(bytes, out) {
@@ -74,19 +74,30 @@ function reopen(name, value) {
   location.search = query;
 }
 
-// Horizontal fields of view of main cameras as they film, nearly: what is used of the sensor depends on the device.
-const PHONES = [['phone, held across', 64], ['phone, held upright', 50], ['laptop', 62], ['webcam, wide', 78], ['other', null]];
+// Focal lengths of cameras in millimeters, as data sheets give them: for a film of 43.3 mm from corner to corner. Movies may use
+// less of the sensor, so that the slider has the last word.
+const DEVICES = [['an iPhone', 26], ['an iPhone Pro, from the 14 on', 24], ['a Google Pixel', 25], ['a Samsung Galaxy S', 24], ['another phone', 26],
+  ['a laptop', 29], ['a wide webcam', 22]];
+const DIAGONAL = 43.27;
+// Field of view in degrees along the longer edge of pictures of 4 : 3.
+const fieldOfView = (focal) => Math.round(2 * Math.atan(0.4 * DIAGONAL / focal) * 360 / Math.PI) / 2;
 
 function showLens() {
   const degrees = Number(query.get('fov') ?? 60);
   element('fov').value = degrees;
   element('degrees').textContent = `${degrees}°`;
-  for (const [name, fov] of PHONES) element('phone').append(new Option(name, fov ?? '', false, fov === degrees));
-  if (!PHONES.some(([, fov]) => fov === degrees)) element('phone').value = '';
+  const device = query.get('device');
+  for (const [name] of DEVICES) element('device').append(new Option(name, name, false, name === device));
+  element('device').append(new Option('unknown', '', false, !device));
   element('fov').oninput = () => { element('degrees').textContent = `${element('fov').value}°`; };
-  element('fov').onchange = () => reopen('fov', element('fov').value);
-  element('phone').onchange = () => { if (element('phone').value) reopen('fov', element('phone').value); };
-  for (const id of ['fov', 'phone']) element(id).disabled = !isCamera;
+  element('fov').onchange = () => { query.delete('device'); reopen('fov', element('fov').value); };
+  element('device').onchange = () => {
+    const chosen = DEVICES.find(([name]) => name === element('device').value);
+    if (!chosen) return;
+    query.set('device', chosen[0]);
+    reopen('fov', fieldOfView(chosen[1]));
+  };
+  for (const id of ['fov', 'device']) element(id).disabled = !isCamera;
 }
 
 new MutationObserver(showState).observe(root, { attributes: true });

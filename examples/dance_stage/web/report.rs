@@ -6,6 +6,7 @@
 //! | `data-feed` | `waiting`, `playing`, `lost` or `failed` |
 //! | `data-reason` | why it failed or is lost, in words |
 //! | `data-marker` | `searching`, `tracked`, … as [`MarkerTracking`] says |
+//! | `data-shape` | `upright` once the frames are taller than wide, `across` when they are no more |
 //! | `data-things` | a list of `["name", is_toon]` in the order of the keys 1 to 9 |
 
 use super::{is_lit, still::Still};
