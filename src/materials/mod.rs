@@ -179,6 +179,7 @@ mod outline;
 mod phantom;
 mod phantom_draw;
 mod phantom_views;
+mod planar;
 mod screen_pass;
 mod show_phantoms;
 mod soft_edges;
@@ -235,6 +236,7 @@ impl Plugin for MaterialsPlugin {
         soft_edges::build(app);
         grain::build(app);
         neighbors::build(app);
+        planar::build(app);
         app.add_plugins((
             MaterialPlugin::<PhantomMaterial>::default(),
             MaterialPlugin::<ImageBasedMaterial>::default(),

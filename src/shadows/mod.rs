@@ -136,6 +136,7 @@ mod fitted_dome;
 mod key_lights;
 mod lights_file;
 mod pass_times;
+mod planar;
 mod refresh;
 mod render;
 mod view;
@@ -146,6 +147,10 @@ pub use dome_light::{DomeCoverage, DomeState, ShadowDomeLight, VisibilitySamples
 pub use filter::ShadowFilter;
 pub use lights_file::{DomeLights, DomeLightsTemplate, FileLight, FileLightKind, LightsFile, LightsFileError};
 pub use pass_times::DomeTimes;
+pub use planar::{
+    PlanarCasters, PlanarLight, PlanarLightPlace, PlanarLights, PlanarShadow, PlanarShadowState, PlanarStandIn,
+    planar_projection,
+};
 
 pub(crate) use atlas::DomeIdentity;
 pub(crate) use bounce::SurfaceAlbedo;
@@ -153,6 +158,7 @@ pub(crate) use casters::AlphaMask;
 pub(crate) use dome_rays::{DomeRay, DomeRays};
 pub(crate) use filter::DomeShader;
 pub(crate) use fit::Lamp;
+pub(crate) use planar::PlanarTexture;
 
 use crate::{
     MirrorballSystems,
@@ -180,10 +186,12 @@ impl Plugin for ShadowsPlugin {
             .init_resource::<FittedDome>()
             .init_resource::<Refreshing>()
             .init_resource::<bounce::Surfels>()
+            .init_resource::<planar::PlanarPlans>()
             .add_systems(
                 PostUpdate,
                 (
                     (fit::fit_dome, bounce::collect_surfels, pass_times::report_pass_times).chain(),
+                    planar::plan_shadows.run_if(resource_exists::<DomeTextures>),
                     (atlas::fit_atlas, visibility_camera::choose_visibility_camera, fit::read_energies)
                         .chain()
                         .run_if(resource_exists::<DomeTextures>),
@@ -211,6 +219,7 @@ impl Plugin for ShadowsPlugin {
         if device::can_draw(app, &needs) {
             app.init_resource::<DomeTextures>();
             render::build(app);
+            planar::build(app);
         }
     }
 }

@@ -127,6 +127,13 @@ impl Shot {
         srgb_to_linear(self.0[at]) / srgb_to_linear(desk_picture()[at])
     }
 
+    /// The same of all colors.
+    pub(crate) fn color_ratio(&self, place: Vec3) -> Vec3 {
+        let (at, before) = (self.at(place), desk_picture());
+        let ratio = |channel: usize| srgb_to_linear(self.0[at + channel]) / srgb_to_linear(before[at + channel]);
+        Vec3::new(ratio(0), ratio(1), ratio(2))
+    }
+
     /// Largest difference over the whole picture.
     pub(crate) fn difference(&self, other: &[u8]) -> u8 {
         self.0.iter().zip(other).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0)

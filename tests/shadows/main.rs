@@ -21,6 +21,7 @@ mod logged;
 mod long_run;
 mod measured_light;
 mod neighbors;
+mod planar;
 #[path = "../support/radiance_cube.rs"]
 mod radiance_cube;
 mod ray_truth;

@@ -26,7 +26,7 @@ struct CasterUniform {
 
 /// Everything the vertex shader reads of all casters.
 #[derive(Default)]
-pub(super) struct CasterBuffers {
+pub(in crate::shadows) struct CasterBuffers {
     casters: Vec<CasterUniform>,
     joints: Vec<Mat4>,
     morph_weights: Vec<f32>,
@@ -35,7 +35,7 @@ pub(super) struct CasterBuffers {
 impl CasterBuffers {
     /// Adds a caster and returns its index. `vertices` and `displacements` are the ranges of its mesh in Bevy's
     /// buffers.
-    pub(super) fn push(
+    pub(in crate::shadows) fn push(
         &mut self,
         caster: &Caster,
         key: DepthPipelineKey,
@@ -63,7 +63,7 @@ impl CasterBuffers {
     }
 
     /// Writes the buffers and binds them together with the views and the directions to draw.
-    pub(super) fn bind(
+    pub(in crate::shadows) fn bind(
         self,
         views: &Buffer,
         refreshed: Vec<u32>,

@@ -1,20 +1,14 @@
 //! Draws casters into the tiles of all directions: one pass, one instanced draw per mesh.
 
-use super::{
-    depth_pipeline::DepthPipeline,
-    gpu::GpuAssets,
-    prepare_depth::{CasterDraw, PreparedDepth},
-};
+use super::{depth_pipeline::DepthPipeline, gpu::GpuAssets, prepare_depth::PreparedDepth};
 use crate::shadows::atlas::DomeTextures;
 use bevy::{
     prelude::*,
     render::{
         diagnostic::RecordDiagnostics,
-        mesh::RenderMeshBufferInfo,
-        render_phase::TrackedRenderPass,
         render_resource::{
-            BindGroup, LoadOp, Operations, PipelineCache, RenderPassDepthStencilAttachment, RenderPassDescriptor,
-            StoreOp, TextureView,
+            LoadOp, Operations, PipelineCache, RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp,
+            TextureView,
         },
         renderer::RenderContext,
     },
@@ -48,7 +42,8 @@ pub(super) fn depth_pass(
         pass.draw(0..6, 0..2 * directions);
     }
     for draw in &prepared.draws {
-        draw_caster(&mut pass, draw, directions, &bind_group, &pipeline_cache, &assets);
+        let instances = draw.index * directions..(draw.index + 1) * directions;
+        draw.draw(&mut pass, instances, &bind_group, &pipeline_cache, &assets);
     }
     span.end(&mut pass);
 }
@@ -65,40 +60,5 @@ fn pass_descriptor(atlas: &TextureView, load: LoadOp<f32>) -> RenderPassDescript
         timestamp_writes: None,
         occlusion_query_set: None,
         multiview_mask: None,
-    }
-}
-
-/// Draws one instance of a caster per direction.
-fn draw_caster<'p>(
-    pass: &mut TrackedRenderPass<'p>,
-    draw: &'p CasterDraw,
-    directions: u32,
-    bind_group: &'p BindGroup,
-    pipeline_cache: &'p PipelineCache,
-    assets: &'p GpuAssets,
-) {
-    let (Some(mesh), Some(pipeline), Some(vertices)) = (
-        assets.meshes.get(draw.mesh),
-        pipeline_cache.get_render_pipeline(draw.pipeline),
-        assets.allocator.mesh_vertex_slice(&draw.mesh),
-    ) else {
-        return;
-    };
-    pass.set_render_pipeline(pipeline);
-    pass.set_bind_group(0, bind_group, &[]);
-    for (group, bound) in (1..).zip(&draw.bind_groups) {
-        pass.set_bind_group(group, bound, &[]);
-    }
-    pass.set_vertex_buffer(0, vertices.buffer.slice(..));
-    let instances = draw.index * directions..(draw.index + 1) * directions;
-    match &mesh.buffer_info {
-        RenderMeshBufferInfo::Indexed { index_format, count } => {
-            if let Some(indices) = assets.allocator.mesh_index_slice(&draw.mesh) {
-                let range = indices.range.start..indices.range.start + count;
-                pass.set_index_buffer(indices.buffer.slice(..), *index_format);
-                pass.draw_indexed(range, vertices.range.start as i32, instances);
-            }
-        }
-        RenderMeshBufferInfo::NonIndexed => pass.draw(vertices.range.clone(), instances),
     }
 }

@@ -1,59 +1,14 @@
 // Draws casters into the tiles of several directions at once. Each instance is a caster seen from one direction.
 
+#import bevy_mirrorball::shadows::render::caster::{Vertex, casters, world_position}
 #import bevy_mirrorball::shadows::render::dome::{Dome, atlas_uv, project, tile_corner, tile_span}
-
-/// Mirror of `CasterUniform` in `caster_buffers.rs`.
-struct Caster {
-    world_from_local: mat4x4f,
-    /// Rows of the matrix that maps texture coordinates.
-    uv_x: vec4f,
-    uv_y: vec4f,
-    /// 0 for a virtual caster, 1 for a phantom.
-    kind: u32,
-    first_joint: u32,
-    first_morph_weight: u32,
-    morph_targets: u32,
-    /// First vertex of the mesh in its buffer, to number its vertices from 0.
-    first_vertex: u32,
-    vertex_count: u32,
-    first_morph_displacement: u32,
-    /// Minimum alpha of the texture where something is drawn.
-    cutoff: f32,
-}
-
-/// Mirror of Bevy's `MorphAttributes`.
-struct MorphDisplacement {
-    position: vec3f,
-    normal: vec3f,
-    tangent: vec3f,
-}
+#ifdef CUT_OUT
+#import bevy_mirrorball::shadows::render::caster::{is_cut_out, mask_uv}
+#endif
 
 @group(0) @binding(0) var<storage, read> dome: Dome;
-@group(0) @binding(1) var<storage, read> casters: array<Caster>;
 /// Number of directions to draw, then their indices.
 @group(0) @binding(2) var<storage, read> refreshed: array<u32>;
-@group(0) @binding(3) var<storage, read> joints: array<mat4x4f>;
-@group(0) @binding(4) var<storage, read> morph_weights: array<f32>;
-#ifdef MORPHED
-@group(1) @binding(0) var<storage, read> morph_displacements: array<MorphDisplacement>;
-#endif
-#ifdef CUT_OUT
-@group(#{CUTOUT_GROUP}) @binding(0) var mask_texture: texture_2d<f32>;
-@group(#{CUTOUT_GROUP}) @binding(1) var mask_sampler: sampler;
-#endif
-
-struct Vertex {
-    @builtin(instance_index) instance: u32,
-    @builtin(vertex_index) index: u32,
-    @location(0) position: vec3f,
-#ifdef SKINNED
-    @location(1) joint_indices: vec4u,
-    @location(2) joint_weights: vec4f,
-#endif
-#ifdef CUT_OUT
-    @location(3) uv: vec2f,
-#endif
-}
 
 struct Varyings {
     @builtin(position) position: vec4f,
@@ -79,29 +34,12 @@ fn clip_position(kind: u32, index: u32, pos: vec4f) -> vec4f {
 fn vertex(in: Vertex) -> Varyings {
     let caster = casters[in.instance / refreshed[0]];
     let direction = refreshed[1u + in.instance % refreshed[0]];
-    var position = in.position;
-#ifdef MORPHED
-    for (var i = 0u; i < caster.morph_targets; i++) {
-        let at = caster.first_morph_displacement + i * caster.vertex_count + in.index - caster.first_vertex;
-        position += morph_weights[caster.first_morph_weight + i] * morph_displacements[at].position;
-    }
-#endif
-#ifdef SKINNED
-    let world_from_local = in.joint_weights.x * joints[caster.first_joint + in.joint_indices.x]
-        + in.joint_weights.y * joints[caster.first_joint + in.joint_indices.y]
-        + in.joint_weights.z * joints[caster.first_joint + in.joint_indices.z]
-        + in.joint_weights.w * joints[caster.first_joint + in.joint_indices.w];
-#else
-    let world_from_local = caster.world_from_local;
-#endif
-    let pos_world = world_from_local * vec4f(position, 1.0);
-    let pos = project(dome.views[direction], pos_world.xyz);
+    let pos = project(dome.views[direction], world_position(caster, in));
     var out: Varyings;
     out.position = clip_position(caster.kind, direction, pos);
     out.pos_tile = vec3f(pos.xy, pos.w);
 #ifdef CUT_OUT
-    let uv = vec3f(in.uv, 1.0);
-    out.uv = vec2f(dot(caster.uv_x.xyz, uv), dot(caster.uv_y.xyz, uv));
+    out.uv = mask_uv(caster, in);
     out.cutoff = caster.cutoff;
 #endif
     return out;
@@ -111,7 +49,7 @@ fn vertex(in: Vertex) -> Varyings {
 @fragment
 fn fragment(in: Varyings) {
 #ifdef CUT_OUT
-    if textureSample(mask_texture, mask_sampler, in.uv).a < in.cutoff {
+    if is_cut_out(in.uv, in.cutoff) {
         discard;
     }
 #endif

@@ -19,44 +19,33 @@ const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
 /// The properties of a caster's mesh on which its pipeline depends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub(super) struct DepthPipelineKey {
-    pub(super) is_skinned: bool,
-    pub(super) is_morphed: bool,
-    pub(super) is_alpha_masked: bool,
-    pub(super) uses_second_uv: bool,
+pub(in crate::shadows) struct DepthPipelineKey {
+    pub(in crate::shadows) is_skinned: bool,
+    pub(in crate::shadows) is_morphed: bool,
+    pub(in crate::shadows) is_alpha_masked: bool,
+    pub(in crate::shadows) uses_second_uv: bool,
 }
 
 /// Returns the mesh's set of texture coordinates that a mask uses.
-pub(super) fn uv_attribute(uses_second_uv: bool) -> MeshVertexAttribute {
+pub(in crate::shadows) fn uv_attribute(uses_second_uv: bool) -> MeshVertexAttribute {
     if uses_second_uv { Mesh::ATTRIBUTE_UV_1 } else { Mesh::ATTRIBUTE_UV_0 }
 }
 
 /// Layouts and shader of all depth pipelines.
-#[derive(Resource)]
-pub(super) struct DepthPipeline {
-    pub(super) layout: BindGroupLayoutDescriptor,
-    pub(super) morph_layout: BindGroupLayoutDescriptor,
-    pub(super) mask_layout: BindGroupLayoutDescriptor,
+#[derive(Resource, Clone)]
+pub(in crate::shadows) struct DepthPipeline {
+    pub(in crate::shadows) layout: BindGroupLayoutDescriptor,
+    pub(in crate::shadows) morph_layout: BindGroupLayoutDescriptor,
+    pub(in crate::shadows) mask_layout: BindGroupLayoutDescriptor,
     shader: Handle<Shader>,
-    pub(super) clear: CachedRenderPipelineId,
+    pub(in crate::shadows) clear: CachedRenderPipelineId,
 }
 
 /// Access to the pipelines of all kinds of casters.
 #[derive(SystemParam)]
 pub(super) struct DepthPipelines<'w> {
-    pub(super) shared: Res<'w, DepthPipeline>,
-    specialized: ResMut<'w, SpecializedMeshPipelines<DepthPipeline>>,
-}
-
-impl DepthPipelines<'_> {
-    pub(super) fn specialize(
-        &mut self,
-        cache: &PipelineCache,
-        key: DepthPipelineKey,
-        layout: &MeshVertexBufferLayoutRef,
-    ) -> Result<CachedRenderPipelineId, SpecializedMeshPipelineError> {
-        self.specialized.specialize(cache, &self.shared, key, layout)
-    }
+    pub(in crate::shadows) shared: Res<'w, DepthPipeline>,
+    pub(super) specialized: ResMut<'w, SpecializedMeshPipelines<DepthPipeline>>,
 }
 
 fn depth_state(compare: CompareFunction) -> Option<DepthStencilState> {
@@ -69,7 +58,7 @@ fn depth_state(compare: CompareFunction) -> Option<DepthStencilState> {
     })
 }
 
-pub(super) fn init_depth_pipeline(
+pub(in crate::shadows) fn init_depth_pipeline(
     mut commands: Commands,
     asset_server: Res<AssetServer>,
     pipeline_cache: Res<PipelineCache>,

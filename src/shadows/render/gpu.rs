@@ -18,15 +18,15 @@ use bevy::{
 
 /// Device, queue and compiled pipelines.
 #[derive(SystemParam)]
-pub(super) struct Gpu<'w> {
-    pub(super) device: Res<'w, RenderDevice>,
-    pub(super) queue: Res<'w, RenderQueue>,
-    pub(super) pipeline_cache: Res<'w, PipelineCache>,
+pub(in crate::shadows) struct Gpu<'w> {
+    pub(in crate::shadows) device: Res<'w, RenderDevice>,
+    pub(in crate::shadows) queue: Res<'w, RenderQueue>,
+    pub(in crate::shadows) pipeline_cache: Res<'w, PipelineCache>,
 }
 
 impl Gpu<'_> {
     /// Returns a bind group with a layout of the pipeline cache.
-    pub(super) fn bind_group(
+    pub(in crate::shadows) fn bind_group(
         &self,
         label: &'static str,
         layout: &BindGroupLayoutDescriptor,
@@ -37,7 +37,7 @@ impl Gpu<'_> {
 
     /// Returns a written storage buffer. It holds `filler` if there are no values, because an empty buffer cannot be
     /// bound.
-    pub(super) fn storage_buffer<T: ShaderSize + WriteInto>(
+    pub(in crate::shadows) fn storage_buffer<T: ShaderSize + WriteInto>(
         &self,
         label: &'static str,
         mut values: Vec<T>,
@@ -55,9 +55,9 @@ impl Gpu<'_> {
 
 /// Images, buffers and meshes on the GPU.
 #[derive(SystemParam)]
-pub(super) struct GpuAssets<'w> {
-    pub(super) images: Res<'w, RenderAssets<GpuImage>>,
-    pub(super) buffers: Res<'w, RenderAssets<GpuShaderBuffer>>,
-    pub(super) meshes: Res<'w, RenderAssets<RenderMesh>>,
-    pub(super) allocator: Res<'w, MeshAllocator>,
+pub(in crate::shadows) struct GpuAssets<'w> {
+    pub(in crate::shadows) images: Res<'w, RenderAssets<GpuImage>>,
+    pub(in crate::shadows) buffers: Res<'w, RenderAssets<GpuShaderBuffer>>,
+    pub(in crate::shadows) meshes: Res<'w, RenderAssets<RenderMesh>>,
+    pub(in crate::shadows) allocator: Res<'w, MeshAllocator>,
 }

@@ -12,19 +12,20 @@
 //! 4. [`visibility_pass`] sums visibility × light per sample, between a camera's prepass and its main pass. What it has
 //!    looked up before, it reads from the [`visibility_cache`].
 //!
-//! The other shaders are libraries: `dome.wgsl` and `depth_pyramid.wgsl` are the layout of the buffers and
-//! `bindings.wgsl` binds them, `maps.wgsl` and `soft_shadow.wgsl` read shadow maps, `visibility.wgsl` sums over
+//! The other shaders are libraries: `caster.wgsl` poses vertices, `dome.wgsl` and `depth_pyramid.wgsl` are the layout of
+//! the buffers and `bindings.wgsl` binds them, `maps.wgsl` and `soft_shadow.wgsl` read shadow maps, `visibility.wgsl` sums over
 //! directions, `visibility_surfaces.wgsl` and `visibility_cache.wgsl` are what both shaders of the visibility pass
 //! share, `samples.wgsl` has the samples of the prepass and of the visibility pass, and materials import
 //! `receive.wgsl`.
 
-mod caster_buffers;
+pub(super) mod caster_buffers;
+pub(super) mod caster_draw;
 mod depth_pass;
-mod depth_pipeline;
+pub(super) mod depth_pipeline;
 mod depth_pyramid_pass;
 mod depth_pyramid_pipeline;
 mod extract;
-mod gpu;
+pub(super) mod gpu;
 mod prepare_depth;
 mod prepare_depth_pyramids;
 mod prepare_surfels;
@@ -60,6 +61,7 @@ pub(super) fn load_shaders(app: &mut App) {
     load_shader_library!(app, "dome.wgsl");
     load_shader_library!(app, "depth_pyramid.wgsl");
     load_shader_library!(app, "bindings.wgsl");
+    load_shader_library!(app, "caster.wgsl");
     load_shader_library!(app, "soft_shadow.wgsl");
     load_shader_library!(app, "maps.wgsl");
     load_shader_library!(app, "surfels.wgsl");
