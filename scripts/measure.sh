@@ -62,6 +62,6 @@ if [ -z "$is_quick" ]; then
     cargo bench --quiet --profile dev --bench shadows -- --csv "$out/shadows.csv" >&2
     awk -F, 'NR > 1 && $6 != "" { printf "| filter, %s at %s²: ms, Bevy ms, Bevy ÷ ours | %s, %s, %s |\n", $1, $2, $4, $5, $6 }' \
         "$out/environment.csv"
-    awk -F, 'NR > 1 { printf "| %s, %s directions, %s triangles, against %s: ms, theirs, ours ÷ theirs | %s, %s, %s |\n",
-        $1, $2, $4, $9, $8, $10, $11 }' "$out/shadows.csv"
+    awk -F, 'NR > 1 { printf "| %s, %s, %s triangles, against %s: ms, theirs, ours ÷ theirs | %s, %s, %s |\n",
+        $1, $2 == "" ? $13 : $13 " of " $2 " directions", $4, $9, $8, $10, $11 }' "$out/shadows.csv"
 fi

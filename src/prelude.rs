@@ -24,7 +24,7 @@ pub use crate::{
         EnvironmentFallback, EnvironmentMeasured, EnvironmentOrigin, LightProbeCamera, LightProbeSphere,
         ProbeCameraState, ProbeLens, ProbeMeasurement, is_lit_by_measurement,
     },
-    shadows::{DomeState, ShadowDomeLight, ShadowFilter},
+    shadows::{DomeState, PlanarShadow, PlanarShadowState, ShadowDomeLight, ShadowFilter},
     tracking::{
         ButtonCovered, ButtonUncovered, FrameRecorder, MarkerAnchor, MarkerBoard, MarkerFound, MarkerLost, MarkerState,
         MarkerTracking, PoseFilter, VirtualButton, VirtualButtonState, WorldOrigin, any_marker_tracked,

@@ -1,22 +1,25 @@
-//! Benchmark of the frame time that a shadow dome adds, against the shadows of the engine, on the same scene in one
-//! process.
+//! Benchmark of the frame time that a shadow dome or planar shadows add, against the shadows of the engine, on the same
+//! scene in one process.
 //!
 //! `cargo bench --profile dev --features egui,webcam --bench shadows -- --csv shadows.csv`
 //!
 //! It runs in the development profile, so that the build of `cargo test` is reused: all measured work is done by the
 //! graphics driver. The columns are
-//! `case,directions,casters,triangles,width,height,k,ours_ms,peer,peer_ms,ratio,device`.
+//! `case,directions,casters,triangles,width,height,k,ours_ms,peer,peer_ms,ratio,device,method`.
 //!
 //! Times are how much longer a frame takes than the same frame without shadows (medians of alternating blocks); ratio =
 //! ours ÷ peer. Rows with peer `none` have the times of whole frames instead. A case is `static`, `lights` (the
 //! environment and all lights turn in every frame), `moving` (every caster does) or `camera` (the camera moves),
-//! followed by the `VisibilitySamples` in use; `k` is the number of directions that are redrawn in a moving frame.
+//! followed by the `VisibilitySamples` of a dome; `k` is the number of directions that are redrawn in a moving frame.
+//! The method is `dome`, with the name of its filter if that is not its own, `planar` (hard shadows of one light),
+//! `soft_planar` or `soft_planar_ambient` (with the rest of the light); those have no directions.
 //!
 //! `--cases static,moving`, `--triangles 1000,20000,200000`, `--directions 16,64,256` and `--samples interleaved,half`
-//! choose the cases, `--peers directional_2,ssao` the peers, `--size 640x360` the size of the image, `--blocks N` the
-//! number of alternations, `--key-lights N` the number of slots for key lights in the dome (2 by default), and
-//! `--real-lights N` the number of real lights that take them (none by default, so that all slots stay free), and
-//! `--surfels N` the number of surfels that send bounced light (512 by default, 0 for none).
+//! choose the cases, `--filters nearest,pcf25` domes with these filters as well, `--casters 20,40` the numbers of
+//! things (the triangles are those of the first 20), `--peers directional_2,ssao` the peers, `--size 640x360` the size
+//! of the image, `--blocks N` the number of alternations, `--key-lights N` the number of slots for key lights in the
+//! dome (2 by default), and `--real-lights N` the number of real lights that take them (none by default, so that all
+//! slots stay free), and `--surfels N` the number of surfels that send bounced light (512 by default, 0 for none).
 //!
 //! `--passes` prints the milliseconds of each pass on the GPU as well, in a table of methods and passes. On software
 //! Vulkan, the time of a render pass contains that of the draws before it which were not finished.
@@ -26,8 +29,9 @@ mod stage;
 #[path = "../support/mod.rs"]
 mod support;
 
+use bevy::math::UVec2;
 use options::{Case, Method, Options};
-use stage::{CASTERS, Stage};
+use stage::Stage;
 use std::{collections::BTreeMap, fmt::Write};
 use support::{Outcome, median, save};
 
@@ -81,46 +85,61 @@ fn print_passes(times: &Times) {
     }
 }
 
+/// Header of the table.
+const COLUMNS: &str = "case,directions,casters,triangles,width,height,k,ours_ms,peer,peer_ms,ratio,device,method";
+
 fn main() -> Outcome<()> {
     let options = Options::from_command_line()?;
-    let (width, height) = (options.size.x, options.size.y);
-    let mut csv = "case,directions,casters,triangles,width,height,k,ours_ms,peer,peer_ms,ratio,device\n".to_owned();
-    let domes = options.domes();
+    let mut csv = format!("{COLUMNS}\n");
     for triangles in &options.triangles {
-        let ours = domes.iter().map(|(directions, samples)| Method::Dome(*directions, *samples));
-        let mut stages = Vec::new();
-        for method in options.peers.iter().copied().chain(ours) {
-            stages.push((method, Stage::new(method, *triangles, &options)?));
-        }
-        let times = measure(&mut stages, &options);
-        if options.passes {
-            print_passes(&times);
-        }
-        let device = stages.first().map_or(String::new(), |(_, stage)| stage.device());
-        let triangles = stages.first().map_or(0, |(_, stage)| stage.triangles);
-        let time = |case, method| median(&times[&(case, method, String::new())]);
-        for &case in &options.cases {
-            let none = time(case, Method::None);
-            for &(directions, samples) in &domes {
-                let whole = time(case, Method::Dome(directions, samples));
-                let name = format!("{}_{}", case.name(), samples.name());
-                let k = case.refreshed();
-                for &peer in &options.peers {
-                    let (ours, theirs) = match peer {
-                        Method::None => (whole, none),
-                        peer => (whole - none, time(case, peer) - none),
-                    };
-                    let (peer, ratio) = (peer.name(), ours / theirs);
-                    println!(
-                        "{name}, {triangles} triangles: dome of {directions} {ours:.1} ms, {peer} {theirs:.1} ms, ratio {ratio:.3}"
-                    );
-                    writeln!(
-                        csv,
-                        "{name},{directions},{CASTERS},{triangles},{width},{height},{k},{ours:.3},{peer},{theirs:.3},{ratio:.4},{device}"
-                    )?;
-                }
-            }
+        for casters in &options.casters {
+            compare(*triangles, *casters, &options, &mut csv)?;
         }
     }
     save(&csv, options.csv)
+}
+
+/// Measures all methods on one scene, and adds the rows.
+fn compare(triangles: u32, casters: u32, options: &Options, csv: &mut String) -> Outcome<()> {
+    let ours = options.ours();
+    let mut stages = Vec::new();
+    for method in options.peers.iter().chain(&ours) {
+        stages.push((*method, Stage::new(*method, triangles, casters, options)?));
+    }
+    let times = measure(&mut stages, options);
+    if options.passes {
+        print_passes(&times);
+    }
+    let device = stages.first().map_or(String::new(), |(_, stage)| stage.device());
+    let triangles = stages.first().map_or(0, |(_, stage)| stage.triangles);
+    let time = |case, method| median(&times[&(case, method, String::new())]);
+    let UVec2 { x: width, y: height } = options.size;
+    for &case in &options.cases {
+        let none = time(case, Method::None);
+        for &method in &ours {
+            let whole = time(case, method);
+            let column = method.column();
+            let (name, directions, k) = match method {
+                Method::Dome(directions, samples, _) => {
+                    (format!("{}_{}", case.name(), samples.name()), directions.to_string(), case.refreshed())
+                }
+                _ => (case.name().to_owned(), String::new(), 0),
+            };
+            for &peer in &options.peers {
+                let (ours, theirs) = match peer {
+                    Method::None => (whole, none),
+                    peer => (whole - none, time(case, peer) - none),
+                };
+                let (peer, ratio) = (peer.name(), ours / theirs);
+                println!(
+                    "{name}, {casters} casters, {triangles} triangles: {column} {directions} {ours:.1} ms, {peer} {theirs:.1} ms, ratio {ratio:.3}"
+                );
+                writeln!(
+                    csv,
+                    "{name},{directions},{casters},{triangles},{width},{height},{k},{ours:.3},{peer},{theirs:.3},{ratio:.4},{device},{column}"
+                )?;
+            }
+        }
+    }
+    Ok(())
 }

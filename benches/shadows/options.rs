@@ -1,8 +1,8 @@
 //! Command line of the benchmark: what is measured, and against what.
 
 use crate::support::Outcome;
-use bevy::math::UVec2;
-use bevy_mirrorball::shadows::VisibilitySamples;
+use bevy::{math::UVec2, utils::default};
+use bevy_mirrorball::shadows::{PlanarShadow, ShadowFilter, VisibilitySamples};
 use std::{path::PathBuf, str::FromStr};
 
 /// Number of directions that are redrawn in a frame in which casters move.
@@ -83,11 +83,66 @@ impl FromStr for Samples {
     }
 }
 
+/// Filters of the dome by their names on the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Filter {
+    Nearest,
+    Bilinear,
+    Gauss,
+    Pcf9,
+    Pcf25,
+    Pcf49,
+    Pcss,
+}
+
+impl Filter {
+    const ALL: [(&str, Self); 7] = [
+        ("nearest", Self::Nearest),
+        ("bilinear", Self::Bilinear),
+        ("gauss", Self::Gauss),
+        ("pcf9", Self::Pcf9),
+        ("pcf25", Self::Pcf25),
+        ("pcf49", Self::Pcf49),
+        ("pcss", Self::Pcss),
+    ];
+
+    fn name(self) -> &'static str {
+        Self::ALL.into_iter().find(|(_, filter)| *filter == self).map_or("", |(name, _)| name)
+    }
+
+    pub(crate) fn of_dome(self) -> ShadowFilter {
+        match self {
+            Self::Nearest => ShadowFilter::Nearest,
+            Self::Bilinear => ShadowFilter::Bilinear,
+            Self::Gauss => ShadowFilter::Gauss,
+            Self::Pcf9 => ShadowFilter::Pcf9,
+            Self::Pcf25 => ShadowFilter::Pcf25,
+            Self::Pcf49 => ShadowFilter::Pcf49,
+            Self::Pcss => ShadowFilter::Pcss { angular_radius: 0.1 },
+        }
+    }
+}
+
+impl FromStr for Filter {
+    type Err = std::io::Error;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let named = Self::ALL.into_iter().find(|(known, _)| *known == name).map(|(_, filter)| filter);
+        named.ok_or_else(|| {
+            let names = Self::ALL.map(|(name, _)| name).join(", ");
+            std::io::Error::other(format!("--filters: {name} is none of {names}"))
+        })
+    }
+}
+
 /// The source of the shadows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Method {
     None,
-    Dome(u32, Samples),
+    /// `None` is the dome's own filter.
+    Dome(u32, Samples, Option<Filter>),
+    /// Planar shadows of one light with so many points, and of the rest of the light from so many directions.
+    Planar(u32, u32),
     Directional(u32),
     Spot(u32),
     Ssao,
@@ -100,10 +155,23 @@ impl Method {
     pub(crate) fn name(self) -> String {
         match self {
             Self::None => "none".into(),
-            Self::Dome(directions, samples) => format!("dome_{directions}_{}", samples.name()),
+            Self::Dome(directions, samples, _) => format!("dome_{directions}_{}", samples.name()),
+            Self::Planar(..) => self.column(),
             Self::Directional(count) => format!("directional_{count}"),
             Self::Spot(count) => format!("spot_{count}"),
             Self::Ssao => "ssao".into(),
+        }
+    }
+
+    /// Returns what the last column says of it, for the methods of this crate.
+    pub(crate) fn column(self) -> String {
+        match self {
+            Self::Dome(_, _, None) => "dome".into(),
+            Self::Dome(_, _, Some(filter)) => format!("dome_{}", filter.name()),
+            Self::Planar(1, _) => "planar".into(),
+            Self::Planar(_, 0) => "soft_planar".into(),
+            Self::Planar(..) => "soft_planar_ambient".into(),
+            peer => peer.name(),
         }
     }
 }
@@ -114,6 +182,10 @@ pub(crate) struct Options {
     pub(crate) triangles: Vec<u32>,
     pub(crate) directions: Vec<u32>,
     pub(crate) samples: Vec<Samples>,
+    /// Filters of the domes beside their own.
+    filters: Vec<Filter>,
+    /// Numbers of things that cast.
+    pub(crate) casters: Vec<u32>,
     /// Slots for key lights in the dome, and the number of real lights that take them.
     pub(crate) key_lights: u32,
     pub(crate) real_lights: u32,
@@ -135,6 +207,8 @@ impl Options {
             triangles: vec![1_000, 20_000, 200_000],
             directions: vec![16, 64, 256],
             samples: vec![Samples::Interleaved, Samples::Half],
+            filters: Vec::new(),
+            casters: vec![20],
             key_lights: 2,
             real_lights: 0,
             surfels: 512,
@@ -151,6 +225,8 @@ impl Options {
                 Long("triangles") => options.triangles = list(&parser.value()?.string()?)?,
                 Long("directions") => options.directions = list(&parser.value()?.string()?)?,
                 Long("samples") => options.samples = list(&parser.value()?.string()?)?,
+                Long("filters") => options.filters = list(&parser.value()?.string()?)?,
+                Long("casters") => options.casters = list(&parser.value()?.string()?)?,
                 Long("key-lights") => options.key_lights = parser.value()?.parse()?,
                 Long("real-lights") => options.real_lights = parser.value()?.parse()?,
                 Long("surfels") => options.surfels = parser.value()?.parse()?,
@@ -175,10 +251,16 @@ impl Options {
         Ok(options)
     }
 
-    /// Returns the domes to measure.
-    pub(crate) fn domes(&self) -> Vec<(u32, Samples)> {
-        let with_samples = |directions: &u32| self.samples.iter().map(|samples| (*directions, *samples)).collect();
-        self.directions.iter().flat_map::<Vec<_>, _>(with_samples).collect()
+    /// Returns the methods of this crate that are to be measured.
+    pub(crate) fn ours(&self) -> Vec<Method> {
+        let filters = || std::iter::once(None).chain(self.filters.iter().copied().map(Some));
+        let samples = || self.samples.iter().flat_map(|samples| filters().map(move |filter| (*samples, filter)));
+        let domes = self
+            .directions
+            .iter()
+            .flat_map(|directions| samples().map(|(samples, filter)| Method::Dome(*directions, samples, filter)));
+        let PlanarShadow { samples, ambient, .. } = default();
+        domes.chain([Method::Planar(1, 0), Method::Planar(samples, 0), Method::Planar(samples, ambient)]).collect()
     }
 }
 

@@ -1,7 +1,7 @@
 //! The scene that is measured, with the shadows of one method.
 
 use crate::{
-    options::{Case, Method, Options, REFRESHED},
+    options::{Case, Filter, Method, Options, REFRESHED},
     support::{Outcome, device_name, gray_sky},
 };
 use bevy::{
@@ -14,14 +14,21 @@ use bevy::{
     render::{RenderApp, diagnostic::RenderDiagnosticsPlugin, render_resource::PollType, renderer::RenderDevice},
 };
 use bevy_mirrorball::{
-    headless, lighting::RealLight, materials::MaterialsPlugin, phantom::PhantomPlugin, prelude::*,
-    shadows::ShadowsPlugin,
+    headless,
+    lighting::RealLight,
+    materials::MaterialsPlugin,
+    phantom::PhantomPlugin,
+    prelude::*,
+    shadows::{PlanarLight, PlanarLights, PlanarShadow, ShadowsPlugin},
 };
 use std::time::Instant;
 
 /// Number of frames before the measurement.
 const WARM_UP: usize = 5;
-pub(crate) const CASTERS: u32 = 20;
+/// Number of things that have the triangles.
+const CASTERS: u32 = 20;
+/// Half the edge of the ground in meters.
+const GROUND: f32 = 3.0;
 /// Turn of whatever moves from frame to frame, in radians.
 const TURN: f32 = 0.05;
 
@@ -43,7 +50,7 @@ pub(crate) struct Stage {
 struct Caster;
 
 impl Stage {
-    pub(crate) fn new(method: Method, triangles: u32, options: &Options) -> Outcome<Self> {
+    pub(crate) fn new(method: Method, triangles: u32, casters: u32, options: &Options) -> Outcome<Self> {
         let mut app = headless::build_app(headless::default_plugins(), |app| {
             app.add_plugins((PhantomPlugin, ShadowsPlugin, MaterialsPlugin));
             if options.passes {
@@ -68,13 +75,17 @@ impl Stage {
             ))
             .id();
         let white = world.resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial::default());
-        let ground = world.resource_mut::<Assets<Mesh>>().add(Plane3d::default().mesh().size(6.0, 6.0));
+        let ground =
+            world.resource_mut::<Assets<Mesh>>().add(Plane3d::default().mesh().size(2.0 * GROUND, 2.0 * GROUND));
         world.spawn((Mesh3d(ground), MeshMaterial3d(white.clone()), NotShadowCaster));
         let mesh = ball(triangles / CASTERS);
-        let triangles = CASTERS as usize * mesh.indices().map_or(0, |indices| indices.len() / 3);
+        let triangles = casters as usize * mesh.indices().map_or(0, |indices| indices.len() / 3);
         let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-        for i in 0..CASTERS {
-            let place = Vec3::new(0.5 * (i % 5) as f32 - 1.0, 0.15 + 0.1 * (i % 3) as f32, 0.5 * (i / 5) as f32 - 0.75);
+        for i in 0..casters {
+            // Twenty in rows of five, and the next twenty above them.
+            let (within, layer) = (i % CASTERS, (i / CASTERS) as f32);
+            let height = 0.15 + 0.1 * (within % 3) as f32 + 0.55 * layer;
+            let place = Vec3::new(0.5 * (within % 5) as f32 - 1.0, height, 0.5 * (within / 5) as f32 - 0.75);
             let place = Transform::from_translation(place);
             world.spawn((Caster, Mesh3d(mesh.clone()), MeshMaterial3d(white.clone()), place));
         }
@@ -109,6 +120,9 @@ impl Stage {
                 }
                 for mut light in world.query::<&mut RealLight>().iter_mut(world) {
                     light.direction = (turn * light.direction).normalize();
+                }
+                for mut shadow in world.query::<&mut PlanarShadow>().iter_mut(world) {
+                    shadow.lights = PlanarLights::Placed(vec![planar_light(all * towards(0))]);
                 }
                 for mut lamp in world.query_filtered::<&mut Transform, With<DirectionalLight>>().iter_mut(world) {
                     lamp.rotate(turn);
@@ -148,19 +162,29 @@ fn camera_place(aside: f32) -> Transform {
     Transform::from_xyz(aside, 2.2, 3.0).looking_at(Vec3::new(0.0, 0.2, 0.0), Vec3::Y)
 }
 
+/// Directions to lights all around.
+fn towards(i: u32) -> Vec3 {
+    Vec3::new((i as f32 * 2.4).cos(), 1.0 + 0.05 * i as f32, (i as f32 * 2.4).sin())
+}
+
+fn planar_light(towards: Vec3) -> PlanarLight {
+    PlanarLight::distant(Dir3::new(towards).unwrap_or(Dir3::Y), 0.03)
+}
+
 /// Adds the lights or settings of a method to the scene.
 fn spawn_method(world: &mut World, camera: Entity, method: Method, options: &Options) {
-    let towards = |i: u32| Vec3::new((i as f32 * 2.4).cos(), 1.0 + 0.05 * i as f32, (i as f32 * 2.4).sin());
     match method {
         Method::None => (),
-        Method::Dome(directions, samples) => {
+        Method::Dome(directions, samples, filter) => {
+            let own = ShadowDomeLight::default();
             world.spawn(ShadowDomeLight {
                 directions,
+                filter: filter.map_or(own.filter, Filter::of_dome),
                 samples: samples.of_dome(),
                 key_lights: options.key_lights,
                 refreshed_per_frame: REFRESHED,
                 surfels: options.surfels,
-                ..default()
+                ..own
             });
             for id in 0..options.real_lights {
                 world.spawn(RealLight {
@@ -173,6 +197,10 @@ fn spawn_method(world: &mut World, camera: Entity, method: Method, options: &Opt
                     fraction: 0.3,
                 });
             }
+        }
+        Method::Planar(samples, ambient) => {
+            let lights = PlanarLights::Placed(vec![planar_light(towards(0))]);
+            world.spawn(PlanarShadow { half_size: Vec2::splat(GROUND), lights, samples, ambient, ..default() });
         }
         Method::Directional(count) => {
             for i in 0..count {

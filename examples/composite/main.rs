@@ -1,5 +1,5 @@
 //! Composites virtual objects into a photograph: camera pose from the marker, light from the mirrored ball, shadows
-//! from the dome.
+//! from the dome or, for comparison, planar ones.
 //!
 //! ```text
 //! cargo run --example composite -- --frame photo.png --intrinsics FX,FY,CX,CY --scene desk.glb --out out.png
@@ -24,9 +24,10 @@ use bevy_mirrorball::{
     materials::NeighborReflections,
     prelude::*,
     probe::{ClipRecovery, ProbeMeasurement, UniformSky},
+    shadows::PlanarShadow,
     tracking::{DetectedMarkers, MarkerState, MarkerTracking},
 };
-use options::{Options, USAGE};
+use options::{Options, Shadows, USAGE};
 use report::Stopwatch;
 use std::{
     path::Path,
@@ -43,6 +44,8 @@ fn main() -> ExitCode {
 const MAX_WAIT: Duration = Duration::from_secs(60);
 /// Largest number of frames, after the shaders have loaded, until the ball is unwrapped.
 const MAX_MEASURING_FRAMES: u32 = 8;
+/// Half the edge of the square around the marker on which there are planar shadows, in meters.
+const DESK_HALF_EDGE: f32 = 1.0;
 /// Width of the dumped environment in pixels.
 const ENVIRONMENT_WIDTH: u32 = 1024;
 
@@ -162,12 +165,17 @@ fn load_scene(app: &mut App, path: &Path) -> Outcome<()> {
 fn complete_scene(app: &mut App, options: &Options) {
     let world = app.world_mut();
     let domes: Vec<Entity> = world.query_filtered::<Entity, With<ShadowDomeLight>>().iter(world).collect();
-    if !options.has_shadows {
+    if options.shadows != Shadows::Dome {
         for dome in domes {
             world.entity_mut(dome).remove::<ShadowDomeLight>();
         }
     } else if domes.is_empty() {
         world.spawn(ShadowDomeLight::default());
+    }
+    if let Shadows::Planar { samples, ambient } = options.shadows {
+        // The plane of the marker, which is where the world has its origin.
+        let half_size = Vec2::splat(DESK_HALF_EDGE);
+        world.spawn(PlanarShadow { half_size, samples, ambient, resolution: 1024, ..default() });
     }
     if !options.has_bounces {
         world.query::<&mut ShadowDomeLight>().iter_mut(world).for_each(|mut dome| dome.surfels = 0);

@@ -2,7 +2,7 @@
 
 use crate::support::parse_intrinsics;
 use bevy::prelude::*;
-use bevy_mirrorball::{prelude::Intrinsics, probe::ClipEvidence};
+use bevy_mirrorball::{prelude::Intrinsics, probe::ClipEvidence, shadows::PlanarShadow};
 use lexopt::prelude::*;
 use std::path::PathBuf;
 
@@ -19,7 +19,9 @@ usage: composite --frame PHOTO.png --intrinsics FX,FY,CX,CY --scene SCENE.glb --
   --report FILE             write pose, ball, gains and times as JSON
   --compare FILE            say in the report how far the result is from this picture of the same size
   --dump-environment FILE   write what lights the scene as an equirectangular picture (.hdr or .exr)
-  --no-shadows              no dome shadows
+  --shadows METHOD          dome (default); planar: hard shadows of the strongest real lights, on the marker's plane
+                            only; soft-planar: soft ones of all light, there; or none
+  --no-shadows              the same as --shadows none
   --no-bounce               no light that virtual and real things send to each other
   --no-neighbors            mirrors show the room only, without virtual and real things
   --uniform-sky             light the scene by a uniform white sky instead of the room, for comparison
@@ -34,6 +36,18 @@ enum Lens {
     Calibration(Intrinsics),
 }
 
+/// What casts shadows onto real things.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Shadows {
+    Dome,
+    /// With so many points on each light, and so many directions of the rest of the light.
+    Planar {
+        samples: u32,
+        ambient: u32,
+    },
+    None,
+}
+
 pub(crate) struct Options {
     pub frame: PathBuf,
     lens: Lens,
@@ -42,7 +56,7 @@ pub(crate) struct Options {
     pub report: Option<PathBuf>,
     pub compare: Option<PathBuf>,
     pub dump_environment: Option<PathBuf>,
-    pub has_shadows: bool,
+    pub shadows: Shadows,
     pub has_bounces: bool,
     pub has_neighbors: bool,
     pub has_uniform_sky: bool,
@@ -66,7 +80,7 @@ impl Options {
     fn parse(mut parser: lexopt::Parser) -> Result<Option<Self>, lexopt::Error> {
         let (mut frame, mut lens, mut scene, mut out) = (None, None, None, None);
         let (mut report, mut compare, mut dump_environment) = (None, None, None);
-        let (mut has_shadows, mut has_bounces, mut has_neighbors) = (true, true, true);
+        let (mut shadows, mut has_bounces, mut has_neighbors) = (Shadows::Dome, true, true);
         let (mut has_uniform_sky, mut evidence, mut grain_seed) = (false, Some(ClipEvidence::Desk), None);
         while let Some(argument) = parser.next()? {
             match argument {
@@ -80,7 +94,8 @@ impl Options {
                 Long("report") => report = Some(PathBuf::from(parser.value()?)),
                 Long("compare") => compare = Some(PathBuf::from(parser.value()?)),
                 Long("dump-environment") => dump_environment = Some(PathBuf::from(parser.value()?)),
-                Long("no-shadows") => has_shadows = false,
+                Long("shadows") => shadows = parser.value()?.parse_with(shadows_named)?,
+                Long("no-shadows") => shadows = Shadows::None,
                 Long("no-bounce") => has_bounces = false,
                 Long("no-neighbors") => has_neighbors = false,
                 Long("uniform-sky") => has_uniform_sky = true,
@@ -101,7 +116,7 @@ impl Options {
             report,
             compare,
             dump_environment,
-            has_shadows,
+            shadows,
             has_bounces,
             has_neighbors,
             has_uniform_sky,
@@ -113,6 +128,16 @@ impl Options {
 
 fn open_calibration(path: &str) -> Result<Intrinsics, String> {
     Intrinsics::open(path).map_err(|error| error.to_string())
+}
+
+fn shadows_named(name: &str) -> Result<Shadows, &'static str> {
+    match name {
+        "dome" => Ok(Shadows::Dome),
+        "planar" => Ok(Shadows::Planar { samples: 1, ambient: 0 }),
+        "soft-planar" => Ok(Shadows::Planar { samples: PlanarShadow::default().samples, ambient: 64 }),
+        "none" => Ok(Shadows::None),
+        _ => Err("give dome, planar, soft-planar or none"),
+    }
 }
 
 fn evidence_named(name: &str) -> Result<Option<ClipEvidence>, &'static str> {

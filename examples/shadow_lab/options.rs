@@ -1,6 +1,9 @@
 //! The command line.
 
-use crate::support::{Outcome, parse_size};
+use crate::{
+    method::{METHODS, Method},
+    support::{Outcome, parse_size},
+};
 use bevy::math::UVec2;
 use bevy_mirrorball::shadows::{DomeCoverage, ShadowDomeLight, ShadowFilter, VisibilitySamples};
 use std::path::PathBuf;
@@ -35,7 +38,10 @@ pub(crate) struct Options {
     pub frames: u32,
     pub size: UVec2,
     pub out: PathBuf,
+    pub method: Method,
     pub dome: ShadowDomeLight,
+    /// Where the picture with all methods goes.
+    pub gallery: Option<PathBuf>,
 }
 
 /// Returns the value with the given name on the command line.
@@ -53,7 +59,9 @@ impl Options {
             frames: 4,
             size: UVec2::new(640, 360),
             out: PathBuf::from("shadow_lab"),
+            method: Method::default(),
             dome: ShadowDomeLight { directions: DIRECTIONS, ..Default::default() },
+            gallery: None,
         };
         let mut parser = lexopt::Parser::from_env();
         while let Some(argument) = parser.next()? {
@@ -65,6 +73,8 @@ impl Options {
                     options.size = parse_size(&text).ok_or("--size: write it like 640x360")?;
                 }
                 Long("out") => options.out = parser.value()?.into(),
+                Long("method") => options.method = named(&METHODS, "method", &parser.value()?.string()?)?,
+                Long("gallery") => options.gallery = Some(parser.value()?.into()),
                 Long("directions") => options.dome.directions = parser.value()?.parse()?,
                 Long("resolution") => options.dome.resolution = parser.value()?.parse()?,
                 Long("refreshed") => options.dome.refreshed_per_frame = parser.value()?.parse()?,

@@ -1,7 +1,9 @@
-//! The panel with the settings of the dome and of the lamp.
+//! The panel with the method, the settings of the dome and the lamp.
 
 use crate::{
     Lab,
+    light::Lamp,
+    method::{METHODS, Method},
     options::{COVERAGES, FILTERS, RESOLUTIONS, SAMPLES, SOFT_FILTER},
 };
 use bevy::{
@@ -9,37 +11,46 @@ use bevy::{
     prelude::*,
 };
 use bevy_egui::{EguiContexts, egui};
-use bevy_mirrorball::shadows::{DomeState, ShadowDomeLight, ShadowFilter};
+use bevy_mirrorball::shadows::{DomeState, PlanarShadow, PlanarShadowState, ShadowDomeLight, ShadowFilter};
 use std::f32::consts::TAU;
 
 pub(crate) fn draw_panel(
     mut contexts: EguiContexts,
     mut lab: ResMut<Lab>,
-    mut domes: Query<(&mut ShadowDomeLight, &DomeState)>,
+    domes: Query<&DomeState, With<ShadowDomeLight>>,
+    planar: Query<&PlanarShadowState, With<PlanarShadow>>,
     diagnostics: Res<DiagnosticsStore>,
 ) {
-    let (Ok(ctx), Ok((mut dome, state))) = (contexts.ctx_mut(), domes.single_mut()) else {
+    let Ok(ctx) = contexts.ctx_mut() else {
         return;
     };
-    let (mut lamp, mut settings) = (lab.clone(), dome.clone());
-    egui::Window::new("dome").default_width(280.0).show(ctx, |ui| {
-        draw_dome(ui, &mut settings);
+    let mut wanted = lab.clone();
+    egui::Window::new("shadows").default_width(280.0).show(ctx, |ui| {
+        let Lab { lamp, method, dome, speed, .. } = &mut wanted;
+        choose(ui, "method", &METHODS, method);
+        if *method == Method::Dome {
+            draw_dome(ui, dome);
+        }
         ui.separator();
         ui.add(egui::Slider::new(&mut lamp.azimuth, 0.0..=TAU).text("lamp: azimuth"));
-        ui.add(egui::Slider::new(&mut lamp.elevation, 0.1..=1.55).text("elevation"));
+        ui.add(egui::Slider::new(&mut lamp.elevation, Lamp::ELEVATIONS).text("elevation"));
         ui.add(egui::Slider::new(&mut lamp.radius, 0.02..=0.6).text("angular radius"));
         ui.add(egui::Slider::new(&mut lamp.strength, 0.0..=6.0).text("strength"));
-        ui.add(egui::Slider::new(&mut lamp.speed, 0.0..=3.0).text("cars' speed"));
+        ui.add(egui::Slider::new(speed, 0.0..=3.0).text("cars' speed"));
         ui.separator();
-        ui.label(format!(
-            "{} casters · {} key lights · {} directions redrawn, {} outdated · the oldest of {} main ones is {} frames old",
-            state.casters, state.key_lights, state.redrawn, state.outdated, state.main, state.oldest_main
-        ));
+        for state in &domes {
+            ui.label(format!(
+                "{} casters · {} key lights · {} directions redrawn, {} outdated · the oldest of {} main ones is {} frames old",
+                state.casters, state.key_lights, state.redrawn, state.outdated, state.main, state.oldest_main
+            ));
+        }
+        for state in &planar {
+            ui.label(format!("{} casters · {} lights · drawn {} times", state.casters, state.lights, state.drawings));
+        }
         let frame = diagnostics.get(&FrameTimeDiagnosticsPlugin::FRAME_TIME).and_then(|time| time.smoothed());
         ui.label(format!("{:.1} ms a frame", frame.unwrap_or(0.0)));
     });
-    lab.set_if_neq(lamp);
-    dome.set_if_neq(settings);
+    lab.set_if_neq(wanted);
 }
 
 /// Draws one line per field of the dome.

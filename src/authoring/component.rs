@@ -9,7 +9,7 @@ use crate::{
     materials::{MeasuredLightWeight, StyleFade, SurfaceStyle},
     phantom::PhantomObject,
     probe::{ClipRecovery, LightProbeSphere},
-    shadows::ShadowDomeLight,
+    shadows::{PlanarShadow, ShadowDomeLight},
     tracking::{MarkerAnchor, MarkerBoard, PoseFilter, VirtualButton, WorldOrigin},
 };
 use bevy::prelude::*;
@@ -116,6 +116,8 @@ authored_components! {
     PhantomObject,
     /// The dome of shadow directions.
     ShadowDomeLight,
+    /// The shadows on a flat receiver.
+    PlanarShadow,
     /// The rendering style of a node and its descendants.
     SurfaceStyle,
     /// The time in which a node and its descendants fade from one style to the next.
@@ -194,6 +196,7 @@ mod tests {
         check::<ClipRecovery>();
         check::<PhantomObject>();
         check::<ShadowDomeLight>();
+        check::<PlanarShadow>();
         check::<SurfaceStyle>();
         check::<StyleFade>();
         check::<MeasuredLightWeight>();

@@ -1,14 +1,16 @@
-//! Light probes and domes in extras.
+//! Light probes, domes and planar shadows in extras.
 
 use super::{
     component::{FromExtras, choice},
     fields::Fields,
-    number_rules::{Positive, Whole},
+    number_rules::{FromZero, Positive, Two, Whole},
     rules::{Flag, Word},
 };
 use crate::{
     probe::{BallSurface, ClipEvidence, ClipRecovery, LightProbeSphere},
-    shadows::{DomeCoverage, ShadowDomeLight, ShadowFilter, VisibilitySamples},
+    shadows::{
+        DomeCoverage, PlanarCasters, PlanarLights, PlanarShadow, ShadowDomeLight, ShadowFilter, VisibilitySamples,
+    },
 };
 
 impl FromExtras for LightProbeSphere {
@@ -81,5 +83,59 @@ impl FromExtras for ShadowDomeLight {
             dim_share: fields.optional("dim_share", Positive::FRACTION).unwrap_or(default.dim_share),
             occludes_reflections: fields.optional("occludes_reflections", Flag).unwrap_or(default.occludes_reflections),
         })
+    }
+}
+
+impl FromExtras for PlanarShadow {
+    const EXAMPLE: &'static str = r#"{"half_size": [0.8, 0.6], "lights": 3, "samples": 25}"#;
+
+    fn from_fields(fields: &mut Fields) -> Option<Self> {
+        let default = Self::default();
+        let casters = [PlanarCasters::Virtual, PlanarCasters::All];
+        Some(Self {
+            half_size: fields.optional("half_size", Two(Positive::METERS)).unwrap_or(default.half_size),
+            lights: fields
+                .optional("lights", Whole { min: 1, max: PlanarLights::MAX })
+                .map_or(default.lights, PlanarLights::Real),
+            casters: choice(fields, "casters", &["Virtual", "All"], &casters).unwrap_or(default.casters),
+            samples: fields.optional("samples", Whole { min: 1, max: Self::MAX_SAMPLES }).unwrap_or(default.samples),
+            ambient: fields.optional("ambient", Whole { min: 0, max: Self::MAX_AMBIENT }).unwrap_or(default.ambient),
+            resolution: fields
+                .optional("resolution", Whole { min: Self::RESOLUTIONS[0], max: Self::RESOLUTIONS[1] })
+                .unwrap_or(default.resolution),
+            strength: fields.optional("strength", Positive::FRACTION).unwrap_or(default.strength),
+            offset: fields.optional("offset", FromZero { max: f32::MAX, unit: "meters" }).unwrap_or(default.offset),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::authoring::component::read_value;
+    use bevy::math::Vec2;
+    use serde_json::{Map, json};
+
+    #[test]
+    fn planar_shadows_are_read_with_all_their_fields() {
+        let all = json!({"half_size": [0.8, 0.6], "lights": 2, "casters": "All", "samples": 1, "ambient": 0,
+            "resolution": 256, "strength": 0.5, "offset": 0.002});
+        let expected = PlanarShadow {
+            half_size: Vec2::new(0.8, 0.6),
+            lights: PlanarLights::Real(2),
+            casters: PlanarCasters::All,
+            samples: 1,
+            ambient: 0,
+            resolution: 256,
+            strength: 0.5,
+            offset: 0.002,
+        };
+        let read = |value| read_value::<PlanarShadow>("PlanarShadow", &value, &Map::new());
+        assert_eq!(read(all), Ok(expected));
+        assert_eq!(read(json!({})), Ok(PlanarShadow::default()));
+        for wrong in [json!({"half_size": 0.8}), json!({"half_size": [0.8, 0]}), json!({"lights": 17})] {
+            let problems = read(wrong).expect_err("a mistake");
+            assert_eq!(problems.len(), 1, "{problems:?}");
+        }
     }
 }

@@ -16,6 +16,7 @@
 //! | `{"ClipRecovery": {"is_enabled": true, "paper_reflectance": 0.8, "max_gain": 1000, "evidence": "Desk"}}` | [`ClipRecovery`], beside a `LightProbeSphere`; or `"Paper"` |
 //! | `{"PhantomObject": {"casts": true, "receives": true, "reflectance": 0.8}}` | [`PhantomObject`]; the reflectance is optional and may be `[r, g, b]`, linear |
 //! | `{"ShadowDomeLight": {"directions": 64, "filter": "Gauss"}}`, all its fields | [`ShadowDomeLight`] |
+//! | `{"PlanarShadow": {"half_size": [0.8, 0.6], "lights": 3, "casters": "Virtual", "samples": 25, "ambient": 32, "resolution": 512, "strength": 1, "offset": 0.001}}` | [`PlanarShadow`](crate::shadows::PlanarShadow) in the plane of the node's x and z; or `"All"` |
 //! | `{"SurfaceStyle": "Toon"}`, `"Classic"`, `"ImageBased"` or `"Engine"` | [`SurfaceStyle`] of the node and its descendants |
 //! | `{"SurfaceStyle": {"Toon": {"bands": 4, "key": "StrongestRealLight", "softness": 0, "highlight": true, "rim": 0, "outline_width": 2, "outline_meters": 0, "outline_color": "#000000"}}}`; `"key": "Direction"` with `"key_direction": [0, 1, 0]`; `"model": "Phong"` with `"diffuse"`, `"specular"` and `"exponent"` | the same with details |
 //! | `{"SurfaceStyle": {"Classic": {"model": "Combined", "specular": 0.5, "exponent": 50, "fresnel": 0.04}}}`, or `"GlossMap"`, `"Mixed"` or `"SphereMap"`, each with its coefficients | the same; all fields of [`ClassicStyle`](crate::materials::ClassicStyle) |

@@ -1,7 +1,7 @@
 //! Rules for numbers and lists of numbers.
 
 use super::rules::{Mismatch, Rule};
-use bevy::math::Vec3;
+use bevy::math::{Vec2, Vec3};
 use serde_json::Value;
 
 /// A whole number from `min` to `max`. Some tools write whole numbers with a decimal point, so that 64.0 is accepted as
@@ -131,6 +131,22 @@ impl<R: Rule<Value = f32>> Rule for Three<R> {
 
     fn expected(&self) -> String {
         format!("a list of three, for x, y and z, each {}", self.0.expected())
+    }
+}
+
+/// Two numbers along x and z, each by one rule.
+pub(super) struct Two<R>(pub(super) R);
+
+impl<R: Rule<Value = f32>> Rule for Two<R> {
+    type Value = Vec2;
+
+    fn read(&self, json: &Value) -> Result<Vec2, Mismatch> {
+        let numbers = json.as_array().filter(|numbers| numbers.len() == 2).ok_or(Mismatch::Type)?;
+        Ok(Vec2::new(self.0.read(&numbers[0])?, self.0.read(&numbers[1])?))
+    }
+
+    fn expected(&self) -> String {
+        format!("a list of two, for x and z, each {}", self.0.expected())
     }
 }
 

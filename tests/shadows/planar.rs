@@ -2,10 +2,11 @@
 
 use crate::{
     desk::{Desk, SKY, Shot, desk_picture},
-    ray_truth::rays::{Errors, Shape, Thing, compare, places},
+    ray_truth::rays::{CUBE_EDGE, Errors, Shape, Thing, compare, places, sky, truth},
 };
 use bevy::prelude::*;
 use bevy_mirrorball::{
+    environment_map::{EnvironmentCube, EquirectPixels, equirect_direction},
     lighting::RealLight,
     prelude::*,
     shadows::{DomeCoverage, PlanarCasters, PlanarLight, PlanarLights, PlanarShadow, PlanarShadowState, PlanarStandIn},
@@ -138,6 +139,35 @@ fn the_soft_shadow_of_a_lamp_is_that_of_rays() {
 }
 
 #[test]
+fn shadows_under_an_uneven_sky_are_those_of_rays() {
+    let things = things();
+    let Some(mut desk) = desk_with(&things) else { return };
+    desk.forget_light();
+    // Gray from above, and twice as much from one side, in another color.
+    let colored = |dir: Vec3| Vec3::splat(0.3) + dir.x.max(0.0) * Vec3::new(0.2, 0.6, 1.2);
+    let size = UVec2::new(256, 128);
+    let uv = |i: u32| (Vec2::new((i % size.x) as f32, (i / size.x) as f32) + 0.5) / size.as_vec2();
+    let texels = (0..size.x * size.y).map(|i| colored(equirect_direction(uv(i)))).collect();
+    let cube = EquirectPixels { size, texels }.to_cube(CUBE_EDGE, Quat::IDENTITY);
+    let image = desk.app.world_mut().resource_mut::<Assets<Image>>().add(cube.to_image());
+    desk.app.world_mut().spawn(EnvironmentCube(image));
+    let truth = truth(&things, &sky(colored));
+    for (ambient, goal) in [(32, 0.02), (64, 0.015)] {
+        let shot = shoot(&mut desk, PlanarShadow { ambient, ..default() });
+        let Errors { rms, worst, rms_in_shadow } = compare(&shot, &truth);
+        // Of the color as well: red is hidden more behind things, where blue comes from the side.
+        let colors = truth.iter().map(|(place, ratio)| (shot.color_ratio(*place) - ratio).length_squared() / 3.0);
+        let all_colors = (colors.sum::<f32>() / truth.len() as f32).sqrt();
+        println!(
+            "{ambient} directions: root mean square error {rms:.4}, in shadow {rms_in_shadow:.4}, worst {worst:.3}; of all colors {all_colors:.4}"
+        );
+        assert!(rms <= goal && all_colors <= goal);
+    }
+    let shot = shoot(&mut desk, PlanarShadow { ambient: 0, ..default() });
+    assert!(truth.iter().all(|(place, _)| (shot.ratio(*place) - 1.0).abs() < ROUNDING), "no lamps, no ambient light");
+}
+
+#[test]
 fn each_light_takes_its_share_of_each_color_and_the_rest_stays() {
     let Some(mut desk) = desk_with(&[thing(Shape::Block(Vec3::new(0.05, 0.02, 0.05)), Vec3::new(0.0, 0.2, 0.0))])
     else {
@@ -147,7 +177,7 @@ fn each_light_takes_its_share_of_each_color_and_the_rest_stays() {
         PlanarLight::distant(dir(1.0, 1.0, 0.0), 0.0).with_share(LinearRgba::rgb(0.5, 0.25, 0.0)),
         PlanarLight::distant(dir(-1.0, 1.0, 0.0), 0.0).with_share(LinearRgba::rgb(0.0, 0.25, 0.5)),
     ];
-    let both = PlanarShadow { lights: PlanarLights::Placed(lights), ..default() };
+    let both = PlanarShadow { lights: PlanarLights::Placed(lights), ambient: 0, ..default() };
     let shot = shoot(&mut desk, both.clone());
     for (place, expected) in [
         (Vec3::new(-0.2, 0.0, 0.0), [0.5, 0.75, 1.0]),
@@ -183,7 +213,7 @@ fn a_real_light_takes_what_it_gives_of_the_measured_light() {
         fraction: 0.1,
     };
     desk.app.world_mut().spawn(lamp);
-    let shot = shoot(&mut desk, default());
+    let shot = shoot(&mut desk, PlanarShadow { ambient: 0, ..default() });
     let ratio = shot.color_ratio(Vec3::new(-0.2, 0.0, 0.0));
     println!("in the lamp's shadow {ratio:.3}");
     assert!(ratio.abs_diff_eq(Vec3::new(0.6, 0.8, 1.0), 0.02));

@@ -1,12 +1,10 @@
 //! Lights above a receiver, and points on them.
 
-use super::planar_shadow::{PlanarLight, PlanarLightPlace, PlanarLights};
+use super::planar_shadow::{PlanarLight, PlanarLightPlace, PlanarLights, PlanarShadow};
 use crate::lighting::RealLight;
 use bevy::prelude::*;
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
-/// Largest number of lights of a receiver.
-const MAX_LIGHTS: usize = 16;
 /// Sine of the elevation below which a light only grazes the receiver: its shadows would be twenty times as long as
 /// things are high, and its share is small.
 const MIN_SINE: f32 = 0.05;
@@ -23,6 +21,8 @@ pub(super) struct LocalLight {
     /// Tangent of its angular radius.
     pub(super) tangent_radius: f32,
     pub(super) share: LightShare,
+    /// Directions of the environment map whose light it is: their middle, and the cosine of their radius.
+    pub(super) cone: Vec4,
 }
 
 /// How much of all light on the receiver a light gives.
@@ -32,7 +32,38 @@ pub(super) enum LightShare {
     Known(Vec3),
     /// The irradiance of the receiver, per channel, which is to be divided by all of it.
     Irradiance(Vec3),
+    /// What other lights leave, which have known shares.
+    RestOfKnown(Vec3),
+    /// What other lights leave, which give so much irradiance.
+    RestOfIrradiance(Vec3),
 }
+
+impl LightShare {
+    /// Returns the share that lights leave. All of them are known, or none is.
+    pub(super) fn rest(lights: &[LocalLight], knows_environment: bool) -> Self {
+        let of_lights = lights.iter().map(|light| match light.share {
+            Self::Known(share) | Self::Irradiance(share) => share,
+            Self::RestOfKnown(_) | Self::RestOfIrradiance(_) => Vec3::ZERO,
+        });
+        if knows_environment { Self::RestOfIrradiance(of_lights.sum()) } else { Self::RestOfKnown(of_lights.sum()) }
+    }
+
+    /// Whether it is known that nothing is left.
+    pub(super) fn is_nothing(&self) -> bool {
+        matches!(self, Self::RestOfKnown(known) if known.cmpge(Vec3::ONE).all())
+    }
+
+    pub(super) fn is_rest(&self) -> bool {
+        matches!(self, Self::RestOfKnown(_) | Self::RestOfIrradiance(_))
+    }
+}
+
+/// Cone that holds no direction.
+const NO_CONE: Vec4 = Vec4::new(0.0, 0.0, 0.0, 2.0);
+/// Radius of a light's cone in angular radii of the light, and how much wider it is because the map blurs the light, in
+/// radians.
+const CONE_RADII: f32 = 1.25;
+const CONE_MARGIN: f32 = 0.08;
 
 /// Returns the lights that shine on a receiver.
 pub(super) fn lights_above<'l>(
@@ -48,7 +79,7 @@ pub(super) fn lights_above<'l>(
     match wanted {
         PlanarLights::Placed(lights) => lights
             .iter()
-            .take(MAX_LIGHTS)
+            .take(PlanarLights::MAX as usize)
             .filter_map(|PlanarLight { place: at, angular_radius, share }| {
                 let share = share.to_vec4().truncate();
                 let share = if share.is_finite() { share.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO };
@@ -70,11 +101,14 @@ pub(super) fn lights_above<'l>(
                     } else {
                         LightShare::Known(light.fraction.clamp(0.0, 1.0) * color)
                     };
-                    Some((irradiance.max_element(), LocalLight::new(place(at), light.angular_radius, share)?))
+                    let found = LocalLight::new(place(at), light.angular_radius, share)?;
+                    let radius = CONE_RADII * light.angular_radius.clamp(0.0, MAX_ANGULAR_RADIUS) + CONE_MARGIN;
+                    let cone = (local_from_world.rotation * light.direction).extend(radius.cos());
+                    Some((irradiance.max_element(), LocalLight { cone, ..found }))
                 })
                 .collect();
             found.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-            found.into_iter().take((*count as usize).min(MAX_LIGHTS)).map(|(_, light)| light).collect()
+            found.into_iter().take((*count).min(PlanarLights::MAX) as usize).map(|(_, light)| light).collect()
         }
     }
 }
@@ -88,13 +122,13 @@ impl LocalLight {
         }
         let angular_radius = if angular_radius.is_finite() { angular_radius } else { 0.0 };
         let tangent_radius = angular_radius.clamp(0.0, MAX_ANGULAR_RADIUS).tan();
-        Some(Self { center, radius: tangent_radius * distance, tangent_radius, share })
+        Some(Self { center, radius: tangent_radius * distance, tangent_radius, share, cone: NO_CONE })
     }
 
     /// Returns points on its disc: one, or as many as a square grid has. They are the same for the same number: one in
     /// each cell of the grid, moved within it by a fixed pattern.
     pub(super) fn points(&self, samples: u32) -> Vec<Vec4> {
-        let edge = samples.clamp(1, 64).isqrt();
+        let edge = samples.clamp(1, PlanarShadow::MAX_SAMPLES).isqrt();
         if edge == 1 || self.radius <= 0.0 {
             return vec![self.center];
         }

@@ -7,8 +7,7 @@ use bevy::prelude::*;
 ///
 /// The receiver is a rectangle in the plane of the entity's x and z axes, seen from +Y. What is drawn there is
 /// multiplied by the fraction of light that is left, per color: on a real desk (a phantom) the camera's frame, on a
-/// virtual floor the shaded surface. So the light of all other directions stays. Drawn into a texture whenever lights
-/// or casters change.
+/// virtual floor the shaded surface. Drawn into a texture whenever lights or casters change.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -18,7 +17,7 @@ use bevy::prelude::*;
 /// commands.spawn(PlanarShadow { half_size: Vec2::new(0.8, 0.6), ..default() });
 /// // one hard shadow of a lamp that takes 70 % of the light
 /// let lamp = PlanarLight::point(Vec3::new(0.5, 1.0, 0.2), 0.0).with_share(LinearRgba::gray(0.7));
-/// commands.spawn(PlanarShadow { lights: PlanarLights::Placed(vec![lamp]), ..default() });
+/// commands.spawn(PlanarShadow { lights: PlanarLights::Placed(vec![lamp]), ambient: 0, ..default() });
 /// # }
 /// ```
 ///
@@ -36,6 +35,9 @@ pub struct PlanarShadow {
     /// Number of points on each light, 1…64 (clamped; the next lower square number is used). 1 makes hard shadows of
     /// the lights' centers. Defaults to 25, which the blur between them smooths.
     pub samples: u32,
+    /// Number of directions from which the rest of the light comes, 0…128 (clamped), which makes the soft shadows of a
+    /// dull day, and those right below things. With 0 that light has no shadows. Defaults to 32; 64 show no steps.
+    pub ambient: u32,
     /// Edge of the texture in texels, 32…2048 (clamped). It covers no more of the receiver than the shadows. Defaults
     /// to 512.
     pub resolution: u32,
@@ -46,6 +48,15 @@ pub struct PlanarShadow {
     pub offset: f32,
 }
 
+impl PlanarShadow {
+    /// Largest number of points on each light.
+    pub const MAX_SAMPLES: u32 = 64;
+    /// Largest number of directions of the rest of the light.
+    pub const MAX_AMBIENT: u32 = 128;
+    /// Smallest and largest edge of the texture in texels.
+    pub const RESOLUTIONS: [u32; 2] = [32, 2048];
+}
+
 impl Default for PlanarShadow {
     fn default() -> Self {
         Self {
@@ -53,6 +64,7 @@ impl Default for PlanarShadow {
             lights: PlanarLights::default(),
             casters: PlanarCasters::default(),
             samples: 25,
+            ambient: 32,
             resolution: 512,
             strength: 1.0,
             offset: 0.001,
@@ -72,6 +84,11 @@ pub enum PlanarLights {
     Real(u32),
     /// Lights placed by hand, in world space; the first 16 of them.
     Placed(Vec<PlanarLight>),
+}
+
+impl PlanarLights {
+    /// Largest number of lights of a receiver.
+    pub const MAX: u32 = 16;
 }
 
 impl Default for PlanarLights {

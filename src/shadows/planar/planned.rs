@@ -1,13 +1,10 @@
 //! What is to be drawn for each receiver, in the main world.
 
 use super::{
-    super::{
-        bounding_sphere::BoundingSphere,
-        casters::{Caster, Casters},
-    },
-    light_points::{LightShare, LocalLight, lights_above},
-    planar_shadow::{PlanarCasters, PlanarLights, PlanarShadow, PlanarShadowState, PlanarStandIn},
-    projection::planar_projection,
+    super::casters::{Caster, Casters},
+    light_points::LightShare,
+    planar_shadow::{PlanarCasters, PlanarShadow, PlanarShadowState, PlanarStandIn},
+    receiver_plan::ReceiverPlace,
     window::Window,
 };
 use crate::{camera::ArCamera, lighting::RealLight, prefilter::EnvironmentState};
@@ -24,17 +21,14 @@ use bevy::{
     },
 };
 
-/// Fraction of the distance between the shadows of two neighboring points of a light by which they are blurred.
-const BLUR: f32 = 0.6;
-
-/// Mirror of `PlanarView` in `planar_mask_pass.wgsl`: the shadows of one point of a light.
+/// Mirror of `PlanarView` in `planar_view.wgsl`: the shadows of one point of a light.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct PlanarView {
-    clip_from_world: Mat4,
+    pub(super) clip_from_world: Mat4,
     /// Plane of the receiver, above which things cast.
-    plane: Vec4,
-    /// Fraction of the light that comes from this point.
-    weight: f32,
+    pub(super) plane: Vec4,
+    /// Fraction of the light that comes from this point, per color.
+    pub(super) weight: Vec3,
 }
 
 /// A light's share of a drawing.
@@ -47,12 +41,13 @@ pub(super) struct PlannedLight {
     pub(super) blur: Vec2,
 }
 
-/// The filtered environment that tells how much light there is in all.
+/// The filtered environment that tells how much light there is in all, and from where.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlannedEnvironment {
     pub(super) diffuse_map: AssetId<Image>,
-    /// Normal of the receiver in the frame of the map.
-    pub(super) normal: Vec3,
+    pub(super) specular_map: AssetId<Image>,
+    /// Turns from the receiver's frame to that of the maps.
+    pub(super) map_from_receiver: Quat,
     /// How often the map was filtered, so that a new one changes the plan.
     refreshes: u64,
 }
@@ -67,8 +62,13 @@ pub(in crate::shadows) struct PlanarPlan {
     pub(super) views: Vec<PlanarView>,
     pub(super) lights: Vec<PlannedLight>,
     pub(super) environment: Option<PlannedEnvironment>,
+    /// Number of views of the light from all around, which are the last ones.
+    pub(super) ambient: u32,
+    /// Directions of the environment's light that belongs to lights of their own, in the receiver's frame, and cosines
+    /// of the radii.
+    pub(super) cones: Vec<Vec4>,
     pub(super) strength: f32,
-    window: Option<Window>,
+    pub(super) window: Option<Window>,
 }
 
 /// All receivers with the numbers of their drawings, which change with what they show.
@@ -104,21 +104,25 @@ pub(in crate::shadows) struct ReceiverData {
 /// What lights the receivers.
 #[derive(SystemParam)]
 pub(in crate::shadows) struct PlanarScene<'w, 's> {
-    lights: Query<'w, 's, &'static RealLight>,
+    pub(super) lights: Query<'w, 's, &'static RealLight>,
     environments: Query<'w, 's, (&'static EnvironmentMapLight, Option<&'static EnvironmentState>), With<ArCamera>>,
     maps: Query<'w, 's, (&'static EnvironmentMapLight, Option<&'static EnvironmentState>), With<Camera3d>>,
     stand_ins: Query<'w, 's, &'static PlanarStandIn>,
 }
 
 impl PlanarScene<'_, '_> {
-    fn environment(&self, normal: Vec3) -> Option<PlannedEnvironment> {
+    pub(super) fn environment(&self, world_from_receiver: Quat) -> Option<PlannedEnvironment> {
         let (map, state) = self.environments.iter().chain(&self.maps).next()?;
         let refreshes = match state {
             Some(EnvironmentState::Live { refreshes, .. }) => u64::from(*refreshes),
             _ => 0,
         };
-        let normal = map.rotation.inverse() * normal;
-        Some(PlannedEnvironment { diffuse_map: map.diffuse_map.id(), normal, refreshes })
+        Some(PlannedEnvironment {
+            diffuse_map: map.diffuse_map.id(),
+            specular_map: map.specular_map.id(),
+            map_from_receiver: map.rotation.inverse() * world_from_receiver,
+            refreshes,
+        })
     }
 
     /// Replaces the mesh of a caster by its stand-in.
@@ -151,7 +155,10 @@ pub(in crate::shadows) fn plan_shadows(
         let Some(place) = ReceiverPlace::new(receiver.transform, receiver.shadow).filter(|_| is_seen) else {
             continue;
         };
-        let edge = receiver.shadow.resolution.clamp(32, 2048);
+        let edge = {
+            let [least, most] = PlanarShadow::RESOLUTIONS;
+            receiver.shadow.resolution.clamp(least, most)
+        };
         let texture = match &receiver.texture {
             Some(texture) if texture.edge == edge => texture.image.clone(),
             _ => images.add(ratio_image(edge)),
@@ -160,7 +167,8 @@ pub(in crate::shadows) fn plan_shadows(
         casters.retain(|caster| !caster.is_phantom || receiver.shadow.casters == PlanarCasters::All);
         casters.iter_mut().for_each(|caster| scene.simplify(caster));
         let plan = place.plan(receiver.entity, receiver.shadow, (texture.id(), edge), casters, &scene);
-        let (lights, count) = (plan.lights.len() as u32, plan.casters.len() as u32);
+        let lights = plan.lights.iter().filter(|light| !light.share.is_rest()).count() as u32;
+        let count = plan.casters.len() as u32;
         let before = plans.0.iter().find(|(_, before)| before.receiver == plan.receiver);
         let drawing = match before {
             Some((drawing, before)) if *before == plan => *drawing,
@@ -183,86 +191,6 @@ pub(in crate::shadows) fn plan_shadows(
         now.push((drawing, plan));
     }
     plans.set_if_neq(PlanarPlans(now));
-}
-
-/// A receiver without its scale.
-struct ReceiverPlace {
-    world_from_local: Isometry3d,
-    half_size: Vec2,
-}
-
-impl ReceiverPlace {
-    fn new(transform: &GlobalTransform, shadow: &PlanarShadow) -> Option<Self> {
-        let (scale, rotation, translation) = transform.to_scale_rotation_translation();
-        let half_size = shadow.half_size * scale.abs().xz();
-        let is_finite = rotation.is_finite() && translation.is_finite() && half_size.is_finite();
-        let world_from_local = Isometry3d::new(translation, rotation);
-        (is_finite && half_size.min_element() > 0.0).then_some(Self { world_from_local, half_size })
-    }
-
-    fn plan(
-        &self,
-        receiver: Entity,
-        shadow: &PlanarShadow,
-        (texture, edge): (AssetId<Image>, u32),
-        casters: Vec<Caster>,
-        scene: &PlanarScene,
-    ) -> PlanarPlan {
-        let normal = self.world_from_local.rotation * Vec3::Y;
-        let local_from_world = self.world_from_local.inverse();
-        let local_from_world_matrix =
-            Mat4::from_rotation_translation(local_from_world.rotation, local_from_world.translation.into());
-        let environment = scene.environment(normal).filter(|_| matches!(shadow.lights, PlanarLights::Real(_)));
-        let lights = lights_above(&shadow.lights, scene.lights.iter(), &local_from_world, environment.is_some());
-        let points: Vec<Vec<Vec4>> = lights.iter().map(|light| light.points(shadow.samples)).collect();
-        let projections: Vec<Mat4> = points.iter().flatten().map(|point| planar_projection(Vec4::Y, *point)).collect();
-        let spheres = casters.iter().map(|caster| BoundingSphere {
-            center: local_from_world.transform_point(caster.sphere.center).into(),
-            ..caster.sphere
-        });
-        let height = spheres.clone().map(|sphere| sphere.center.y.max(0.0)).sum::<f32>() / casters.len().max(1) as f32;
-        let blurs: Vec<f32> = lights.iter().zip(&points).map(|(light, p)| blur(light, p.len(), height)).collect();
-        let margin = 3.0 * blurs.iter().copied().fold(0.0, f32::max) + self.half_size.max_element() / edge as f32;
-        let window = Window::around(spheres.filter(reaches_above), &projections, margin, self.half_size);
-        let mut views = Vec::new();
-        let mut planned = Vec::new();
-        if let Some(window) = window {
-            let lift = if shadow.offset.is_finite() { shadow.offset.max(0.0) } else { 0.0 };
-            let plane = normal.extend(-normal.dot(self.world_from_local.translation.into()) - lift);
-            let mut projections = projections.into_iter();
-            for ((light, points), blur) in lights.iter().zip(&points).zip(blurs) {
-                let weight = 1.0 / points.len() as f32;
-                views.extend(projections.by_ref().take(points.len()).map(|projection| {
-                    let onto_texture = window.clip_from_local() * projection;
-                    let clip_from_world = onto_texture * local_from_world_matrix;
-                    PlanarView { clip_from_world, plane, weight }
-                }));
-                let texels = 0.5 * edge as f32 / window.half_size;
-                planned.push(PlannedLight { views: points.len() as u32, share: light.share, blur: blur * texels });
-            }
-        }
-        let strength = if shadow.strength.is_finite() { shadow.strength.clamp(0.0, 1.0) } else { 1.0 };
-        PlanarPlan { receiver, texture, edge, casters, views, lights: planned, environment, strength, window }
-    }
-}
-
-/// Whether anything of a sphere is above the receiver.
-fn reaches_above(sphere: &BoundingSphere) -> bool {
-    sphere.center.y + sphere.radius > 0.0
-}
-
-/// Returns the standard deviation of the blur that joins the shadows of a light's points, in meters, for things at a
-/// height.
-fn blur(light: &LocalLight, points: usize, height: f32) -> f32 {
-    if points < 2 {
-        return 0.0;
-    }
-    let is_near = light.center.w > 0.0;
-    let distance = if is_near { light.center.truncate().length() } else { 1.0 };
-    let sine = light.center.y / distance;
-    // Near lights magnify.
-    let height = if is_near { height * light.center.y / (light.center.y - height).max(0.5 * height) } else { height };
-    2.0 * BLUR * height * light.tangent_radius / (sine * (points as f32).sqrt())
 }
 
 /// Returns a texture that takes no light away.

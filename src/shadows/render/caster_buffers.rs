@@ -8,7 +8,7 @@ use bevy::{
 };
 use std::ops::Range;
 
-/// Mirror of `Caster` in `depth_pass.wgsl`.
+/// Mirror of `Caster` in `caster.wgsl`.
 #[derive(ShaderType, Clone, Copy, Default)]
 struct CasterUniform {
     world_from_local: Mat4,

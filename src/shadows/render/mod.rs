@@ -12,11 +12,11 @@
 //! 4. [`visibility_pass`] sums visibility × light per sample, between a camera's prepass and its main pass. What it has
 //!    looked up before, it reads from the [`visibility_cache`].
 //!
-//! The other shaders are libraries: `caster.wgsl` poses vertices, `dome.wgsl` and `depth_pyramid.wgsl` are the layout of
-//! the buffers and `bindings.wgsl` binds them, `maps.wgsl` and `soft_shadow.wgsl` read shadow maps, `visibility.wgsl` sums over
-//! directions, `visibility_surfaces.wgsl` and `visibility_cache.wgsl` are what both shaders of the visibility pass
-//! share, `samples.wgsl` has the samples of the prepass and of the visibility pass, and materials import
-//! `receive.wgsl`.
+//! The other shaders are libraries: `caster.wgsl` poses vertices, `dome.wgsl` and `depth_pyramid.wgsl` are the layout
+//! of the buffers and `bindings.wgsl` binds them, `maps.wgsl` and `soft_shadow.wgsl` read shadow maps,
+//! `visibility.wgsl` sums over directions, `visibility_surfaces.wgsl` and `visibility_cache.wgsl` are what both shaders
+//! of the visibility pass share, `samples.wgsl` has the samples of the prepass and of the visibility pass, and
+//! materials import `receive.wgsl`.
 
 pub(super) mod caster_buffers;
 pub(super) mod caster_draw;

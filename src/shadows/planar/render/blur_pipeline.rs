@@ -19,6 +19,8 @@ pub(super) struct BlurUniform {
     pub(super) sigma_across: f32,
     pub(super) normal: Vec3,
     pub(super) sigma_down: f32,
+    pub(super) strength: f32,
+    pub(super) is_rest: u32,
 }
 
 #[derive(Resource)]

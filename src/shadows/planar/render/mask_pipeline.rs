@@ -12,8 +12,8 @@ use bevy::{
     },
 };
 
-/// Fraction of a light that is hidden. Sums of 64 points need more than eight bits.
-pub(super) const MASK_FORMAT: TextureFormat = TextureFormat::R16Float;
+/// Fraction of a light that is hidden, per color. Sums of many points need more than eight bits.
+pub(super) const MASK_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
 
 /// Numbers of the points of a light, from 1.
 pub(super) const STENCIL_FORMAT: TextureFormat = TextureFormat::Stencil8;

@@ -5,7 +5,7 @@
 
 /// Mirror of `BlurUniform` in `blur_pipeline.rs`.
 struct Blur {
-    /// Share of the light, or its irradiance at the receiver.
+    /// Share of the light, or its irradiance at the receiver; of the rest of the light, what the others have of these.
     share: vec3f,
     /// Standard deviation along columns, in texels.
     sigma_across: f32,
@@ -13,6 +13,10 @@ struct Blur {
     normal: vec3f,
     /// Standard deviation along rows, in texels.
     sigma_down: f32,
+    /// Fraction of the share that is taken.
+    strength: f32,
+    /// 1 for the rest of the light.
+    is_rest: u32,
 }
 
 @group(0) @binding(0) var mask: texture_2d<f32>;
@@ -37,19 +41,24 @@ struct Varyings {
 fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     var out: Varyings;
     out.position = vec4f(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
-    out.share = blur.share;
+    var share = blur.share;
+    var is_lit = vec3<bool>(true);
     if any(blur.normal != vec3f(0.0)) {
         // The frame of a cube is left-handed.
         let all_light = PI * sample_faces(diffuse_faces, blur.normal * vec3f(1.0, 1.0, -1.0), 0u).rgb;
-        // Without any light there are no shadows either.
-        out.share = select(blur.share / max(all_light, vec3f(1e-9)), vec3f(0.0), all_light < vec3f(1e-6));
+        share /= max(all_light, vec3f(1e-9));
+        is_lit = all_light >= vec3f(1e-6);
     }
-    out.share = clamp(out.share, vec3f(0.0), vec3f(1.0));
+    if blur.is_rest == 1u {
+        share = 1.0 - share;
+    }
+    // Without any light there are no shadows either.
+    out.share = blur.strength * select(vec3f(0.0), clamp(share, vec3f(0.0), vec3f(1.0)), is_lit);
     return out;
 }
 
-fn blurred(pixel: vec2i, step: vec2i, sigma: f32) -> f32 {
-    let middle = textureLoad(mask, pixel, 0).r;
+fn blurred(pixel: vec2i, step: vec2i, sigma: f32) -> vec3f {
+    let middle = textureLoad(mask, pixel, 0).rgb;
     if sigma < MIN_SIGMA {
         return middle;
     }
@@ -60,16 +69,16 @@ fn blurred(pixel: vec2i, step: vec2i, sigma: f32) -> f32 {
     for (var i = 1; i <= radius; i++) {
         let off = f32(i) / sigma;
         let weight = exp(-0.5 * off * off);
-        sum += weight * textureLoad(mask, clamp(pixel + i * step, vec2i(0), last), 0).r;
-        sum += weight * textureLoad(mask, clamp(pixel - i * step, vec2i(0), last), 0).r;
+        sum += weight * textureLoad(mask, clamp(pixel + i * step, vec2i(0), last), 0).rgb;
+        sum += weight * textureLoad(mask, clamp(pixel - i * step, vec2i(0), last), 0).rgb;
         weights += 2.0 * weight;
     }
     return sum / weights;
 }
 
 @fragment
-fn blur_across(in: Varyings) -> @location(0) f32 {
-    return blurred(vec2i(in.position.xy), vec2i(1, 0), blur.sigma_across);
+fn blur_across(in: Varyings) -> @location(0) vec4f {
+    return vec4f(blurred(vec2i(in.position.xy), vec2i(1, 0), blur.sigma_across), 0.0);
 }
 
 /// Its result is subtracted.

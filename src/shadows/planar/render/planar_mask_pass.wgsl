@@ -1,17 +1,11 @@
 // Draws casters, projected onto a receiver from one point of a light, into a mask of what the light does not reach.
 // Each instance is a caster seen from one point.
 
+#import bevy_mirrorball::shadows::planar::render::planar_view::PlanarView
 #import bevy_mirrorball::shadows::render::caster::{Vertex, casters, world_position}
 #ifdef CUT_OUT
 #import bevy_mirrorball::shadows::render::caster::{is_cut_out, mask_uv}
 #endif
-
-/// Mirror of `PlanarView` in `planned.rs`.
-struct PlanarView {
-    clip_from_world: mat4x4f,
-    plane: vec4f,
-    weight: f32,
-}
 
 @group(0) @binding(0) var<storage, read> views: array<PlanarView>;
 /// Number of views.
@@ -21,7 +15,7 @@ struct Varyings {
     @builtin(position) position: vec4f,
     /// Above the receiver, in meters.
     @location(0) height: f32,
-    @location(1) @interpolate(flat) weight: f32,
+    @location(1) @interpolate(flat) weight: vec3f,
 #ifdef CUT_OUT
     @location(2) uv: vec2f,
     @location(3) @interpolate(flat) cutoff: f32,
@@ -48,7 +42,7 @@ fn vertex(in: Vertex) -> Varyings {
 
 /// Discards what is behind the receiver, whose shadow would be a false one.
 @fragment
-fn fragment(in: Varyings) -> @location(0) f32 {
+fn fragment(in: Varyings) -> @location(0) vec4f {
 #ifdef CUT_OUT
     if is_cut_out(in.uv, in.cutoff) {
         discard;
@@ -57,5 +51,5 @@ fn fragment(in: Varyings) -> @location(0) f32 {
     if in.height <= 0.0 {
         discard;
     }
-    return in.weight;
+    return vec4f(in.weight, 0.0);
 }

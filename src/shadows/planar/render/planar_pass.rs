@@ -3,8 +3,9 @@
 use super::{
     blur_pipeline::BlurPipelines,
     prepare_planar::{LightDrawing, PlanarDrawing, PreparedPlanar},
+    sky_pipeline::SkyPipeline,
 };
-use crate::shadows::render::gpu::GpuAssets;
+use crate::{compute_pass::compute_pass, shadows::render::gpu::GpuAssets};
 use bevy::{
     color::LinearRgba,
     prelude::*,
@@ -21,14 +22,22 @@ use bevy::{
 pub(super) fn planar_pass(
     mut prepared: ResMut<PreparedPlanar>,
     blur: Option<Res<BlurPipelines>>,
+    sky: Option<Res<SkyPipeline>>,
     pipeline_cache: Res<PipelineCache>,
     assets: GpuAssets,
     mut ctx: RenderContext,
 ) {
-    let Some(blur) = blur else {
+    let (Some(blur), Some(sky)) = (blur, sky) else {
         return;
     };
     for drawing in prepared.drawings.drain(..) {
+        if let (Some(bind_group), Some(pipeline)) = (&drawing.sky, pipeline_cache.get_compute_pipeline(sky.weigh)) {
+            compute_pass(&mut ctx, "mirrorball_shadows_planar_sky", |pass| {
+                pass.set_bind_group(0, bind_group, &[]);
+                pass.set_pipeline(pipeline);
+                pass.dispatch_workgroups(1, 1, 1);
+            });
+        }
         let diagnostics = ctx.diagnostic_recorder();
         let diagnostics = diagnostics.as_deref();
         let span = diagnostics.time_span(ctx.command_encoder(), "mirrorball_shadows_planar");

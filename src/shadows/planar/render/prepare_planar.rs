@@ -7,12 +7,17 @@ use super::{
     },
     blur_pipeline::{BlurPipelines, BlurUniform},
     mask_pipeline::{MASK_FORMAT, MaskPipeline, STENCIL_FORMAT},
+    prepare_sky::{SkyCells, bind_sky},
+    sky_pipeline::SkyPipeline,
 };
-use crate::shadows::render::{
-    caster_buffers::CasterBuffers,
-    caster_draw::{CasterDraw, caster_draws},
-    depth_pipeline::DepthPipeline,
-    gpu::{Gpu, GpuAssets},
+use crate::{
+    environment_map::cube_faces,
+    shadows::render::{
+        caster_buffers::CasterBuffers,
+        caster_draw::{CasterDraw, caster_draws},
+        depth_pipeline::DepthPipeline,
+        gpu::{Gpu, GpuAssets},
+    },
 };
 use bevy::{
     ecs::system::SystemParam,
@@ -21,7 +26,7 @@ use bevy::{
     render::{
         render_resource::{
             BindGroup, BindGroupEntries, Extent3d, SpecializedMeshPipelines, TextureDescriptor, TextureDimension,
-            TextureFormat, TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension, UniformBuffer,
+            TextureFormat, TextureUsages, TextureView, UniformBuffer,
         },
         texture::{FallbackImage, TextureCache},
     },
@@ -43,6 +48,8 @@ pub(super) struct PlanarDrawing {
     pub(super) blurred: TextureView,
     pub(super) points: TextureView,
     pub(super) bind_group: Option<BindGroup>,
+    /// Weighs the directions of the ambient light by the environment.
+    pub(super) sky: Option<BindGroup>,
     pub(super) casters: Vec<CasterDraw>,
     pub(super) view_count: u32,
     pub(super) lights: Vec<LightDrawing>,
@@ -63,6 +70,8 @@ pub(super) struct PlanarPipelines<'w> {
     mask: Res<'w, MaskPipeline>,
     masks: ResMut<'w, SpecializedMeshPipelines<MaskPipeline>>,
     blur: Res<'w, BlurPipelines>,
+    sky: Res<'w, SkyPipeline>,
+    sky_cells: ResMut<'w, SkyCells>,
     fallback: Res<'w, FallbackImage>,
 }
 
@@ -101,7 +110,7 @@ fn prepare(
     gpu: &Gpu,
 ) -> Option<PlanarDrawing> {
     let ratio = assets.images.get(plan.texture)?.texture_view.clone();
-    let PlanarPipelines { shared, mask, masks, blur, fallback } = pipelines;
+    let PlanarPipelines { shared, mask, masks, blur, sky, sky_cells, fallback } = pipelines;
     let mut buffers = CasterBuffers::default();
     let mut specialize = |key, layout: &_| masks.specialize(&gpu.pipeline_cache, mask, key, layout);
     let casters = caster_draws(&plan.casters, &mut buffers, &mut specialize, shared, assets, gpu).ok()?;
@@ -109,7 +118,7 @@ fn prepare(
     let needed = casters.iter().map(|draw| draw.pipeline).chain([blur.blur_across, blur.take_share]);
     // Bound to a name, so that all of them are queued at once.
     let missing = needed.filter(|id| !is_compiled(*id)).count();
-    if missing > 0 {
+    if missing > 0 || gpu.pipeline_cache.get_compute_pipeline(sky.weigh).is_none() {
         return None;
     }
     let view_count = plan.views.len() as u32;
@@ -118,13 +127,10 @@ fn prepare(
         true => None,
         false => Some(buffers.bind(views.buffer()?, vec![view_count], &shared.layout, gpu)?),
     };
+    let sky = bind_sky(plan, views.buffer()?, sky_cells, sky, assets, gpu)?;
     let environment = match &plan.environment {
         None => fallback.d2_array.texture_view.clone(),
-        Some(environment) => assets
-            .images
-            .get(environment.diffuse_map)?
-            .texture
-            .create_view(&TextureViewDescriptor { dimension: Some(TextureViewDimension::D2Array), ..default() }),
+        Some(environment) => cube_faces(&assets.images.get(environment.diffuse_map)?.texture),
     };
     let mut texture = |label, format| {
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
@@ -136,7 +142,7 @@ fn prepare(
     let mut first = 0;
     let mut lights = Vec::new();
     for light in &plan.lights {
-        let normal = plan.environment.as_ref().map_or(Vec3::ZERO, |environment| environment.normal);
+        let normal = plan.environment.map_or(Vec3::ZERO, |environment| environment.map_from_receiver * Vec3::Y);
         let mut uniform = UniformBuffer::from(uniform_of(light, normal, plan.strength));
         uniform.write_buffer(&gpu.device, &gpu.queue);
         let bind = |source: &TextureView| {
@@ -149,15 +155,16 @@ fn prepare(
         lights.push(LightDrawing { views: first..first + light.views, across, down });
         first += light.views;
     }
-    Some(PlanarDrawing { ratio, mask, blurred, points, bind_group, casters, view_count, lights })
+    Some(PlanarDrawing { ratio, mask, blurred, points, bind_group, sky, casters, view_count, lights })
 }
 
 fn uniform_of(light: &PlannedLight, normal: Vec3, strength: f32) -> BlurUniform {
     let (share, normal) = match light.share {
-        LightShare::Known(share) => (share, Vec3::ZERO),
-        LightShare::Irradiance(irradiance) => (irradiance, normal),
+        LightShare::Known(share) | LightShare::RestOfKnown(share) => (share, Vec3::ZERO),
+        LightShare::Irradiance(share) | LightShare::RestOfIrradiance(share) => (share, normal),
     };
-    BlurUniform { share: strength * share, sigma_across: light.blur.x, normal, sigma_down: light.blur.y }
+    let is_rest = light.share.is_rest().into();
+    BlurUniform { share, sigma_across: light.blur.x, normal, sigma_down: light.blur.y, strength, is_rest }
 }
 
 fn descriptor(
