@@ -126,10 +126,12 @@ fn variants(path: &Path) -> Vec<Vec<&'static str>> {
             let kinds: [&[&str]; 4] = [&[], &["BALL"], &["FISHEYE"], &["EQUIRECT"]];
             kinds.into_iter().map(|kind| vec![kind]).collect()
         }
-        Some("depth_pass.wgsl") => {
+        Some("depth_pass.wgsl" | "planar_mask_pass.wgsl" | "caster.wgsl") => {
             let (morphed, cut_out): (&[&str], &[&str]) = (&["MORPHED"], &["CUT_OUT"]);
             vec![vec![], vec![SKINNED], vec![morphed], vec![cut_out], vec![SKINNED, morphed, cut_out]]
         }
+        // A rectangle of its own.
+        Some("planar.wgsl") => vec![vec![FORWARD, &["VERTEX_UVS", "VERTEX_UVS_A"] as &[&str]]],
         Some("phantom_prepass.wgsl") => {
             let prepass: &[&str] = &["PREPASS_PIPELINE", "VERTEX_NORMALS", "VERTEX_POSITIONS"];
             let (normals, receiving): (&[&str], &[&str]) =

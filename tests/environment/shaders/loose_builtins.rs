@@ -36,7 +36,7 @@ const LOOSE_BUILTINS: [&str; 27] = [
 ];
 
 /// Each use of one of them: file, builtin, how often, and why it does no harm there.
-const HARMLESS: [(&str, &str, usize, &str); 20] = [
+const HARMLESS: [(&str, &str, usize, &str); 22] = [
     ("camera/background_pass.wgsl", "textureSampleLevel", 2, "one screen pixel per camera pixel falls on its middle"),
     ("debug/map_view/map_view_pass.wgsl", "cos", 2, "0.03° at a picture of 2° per pixel"),
     ("debug/map_view/map_view_pass.wgsl", "sin", 3, "0.03° at a picture of 2° per pixel"),
@@ -67,7 +67,14 @@ const HARMLESS: [(&str, &str, usize, &str); 20] = [
         1,
         "a power of at most 1000 of 0…1, of which an edge is shown: 1e-4 of the radius of a highlight",
     ),
-    ("shadows/render/depth_pass.wgsl", "textureSample", 1, "compared with a cutoff, as in Bevy's own materials"),
+    ("materials/planar/planar.wgsl", "textureSampleLevel", 1, "weights of 8 bits between neighbors of a soft shadow"),
+    (
+        "shadows/planar/render/planar_blur_pass.wgsl",
+        "exp",
+        1,
+        "of −3.2…0, a weight among weights, whose sum is divided by: off by 1e-6",
+    ),
+    ("shadows/render/caster.wgsl", "textureSample", 1, "compared with a cutoff, as in Bevy's own materials"),
     (
         "shadows/render/maps.wgsl",
         "textureSampleCompareLevel",
