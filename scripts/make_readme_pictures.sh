@@ -10,7 +10,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 readonly all=(two_markers dance_stage panel minimal toon no_ball real_light_events composite real_lights eight_cases
-    live_environment shadow_lab looks places)
+    live_environment shadow_lab shadow_methods looks places)
 # Width of pictures in the gallery; quality of JPEGs in ffmpeg's scale, on which 2 is best.
 readonly width=640 quality=4
 # The moving picture: one round of the recorded desk, on which the game plays itself.
@@ -113,6 +113,11 @@ make_eight_cases() {
 make_live_environment() {
     draw live_environment --headless --frames 3 --out "$work/sky"
     to_jpeg "$work/sky/frame_0002.png" live_environment
+}
+
+# With times of this machine in it.
+make_shadow_methods() {
+    draw shadow_lab --gallery "$pictures/shadow_methods.png" --size 360x202
 }
 
 make_shadow_lab() {

@@ -15,11 +15,12 @@
 //! `soft_planar` or `soft_planar_ambient` (with the rest of the light); those have no directions.
 //!
 //! `--cases static,moving`, `--triangles 1000,20000,200000`, `--directions 16,64,256` and `--samples interleaved,half`
-//! choose the cases, `--filters nearest,pcf25` domes with these filters as well, `--casters 20,40` the numbers of
-//! things (the triangles are those of the first 20), `--peers directional_2,ssao` the peers, `--size 640x360` the size
-//! of the image, `--blocks N` the number of alternations, `--key-lights N` the number of slots for key lights in the
-//! dome (2 by default), and `--real-lights N` the number of real lights that take them (none by default, so that all
-//! slots stay free), and `--surfels N` the number of surfels that send bounced light (512 by default, 0 for none).
+//! choose the cases, `--methods dome,planar` the methods, `--filters nearest,pcf25` domes with these filters as well,
+//! `--casters 20,40` the numbers of things (the triangles are those of the first 20), `--peers directional_2,ssao` the
+//! peers, `--size 640x360` the size of the image, `--blocks N` the number of alternations, `--key-lights N` the number
+//! of slots for key lights in the dome (2 by default), and `--real-lights N` the number of real lights that take them
+//! (none by default, so that all slots stay free), and `--surfels N` the number of surfels that send bounced light (512
+//! by default, 0 for none).
 //!
 //! `--passes` prints the milliseconds of each pass on the GPU as well, in a table of methods and passes. On software
 //! Vulkan, the time of a render pass contains that of the draws before it which were not finished.

@@ -184,6 +184,8 @@ pub(crate) struct Options {
     pub(crate) samples: Vec<Samples>,
     /// Filters of the domes beside their own.
     filters: Vec<Filter>,
+    /// Methods of this crate that are measured, by their names in the last column; all if empty.
+    methods: Vec<String>,
     /// Numbers of things that cast.
     pub(crate) casters: Vec<u32>,
     /// Slots for key lights in the dome, and the number of real lights that take them.
@@ -208,6 +210,7 @@ impl Options {
             directions: vec![16, 64, 256],
             samples: vec![Samples::Interleaved, Samples::Half],
             filters: Vec::new(),
+            methods: Vec::new(),
             casters: vec![20],
             key_lights: 2,
             real_lights: 0,
@@ -226,6 +229,7 @@ impl Options {
                 Long("directions") => options.directions = list(&parser.value()?.string()?)?,
                 Long("samples") => options.samples = list(&parser.value()?.string()?)?,
                 Long("filters") => options.filters = list(&parser.value()?.string()?)?,
+                Long("methods") => options.methods = list(&parser.value()?.string()?)?,
                 Long("casters") => options.casters = list(&parser.value()?.string()?)?,
                 Long("key-lights") => options.key_lights = parser.value()?.parse()?,
                 Long("real-lights") => options.real_lights = parser.value()?.parse()?,
@@ -260,7 +264,9 @@ impl Options {
             .iter()
             .flat_map(|directions| samples().map(|(samples, filter)| Method::Dome(*directions, samples, filter)));
         let PlanarShadow { samples, ambient, .. } = default();
-        domes.chain([Method::Planar(1, 0), Method::Planar(samples, 0), Method::Planar(samples, ambient)]).collect()
+        let planar = [Method::Planar(1, 0), Method::Planar(samples, 0), Method::Planar(samples, ambient)];
+        let is_wanted = |method: &Method| self.methods.is_empty() || self.methods.contains(&method.column());
+        domes.chain(planar).filter(is_wanted).collect()
     }
 }
 

@@ -17,7 +17,7 @@ const COLUMNS: u32 = 3;
 const CAPTION: u32 = 44;
 const LETTER: u32 = 2;
 /// Frames in which the cars drive, whose median time counts.
-const TIMED: usize = 9;
+const TIMED: usize = 25;
 /// Frames in which nothing moves, so that all shadow maps are up to date.
 const STILL: usize = 24;
 const INK: Rgb<u8> = Rgb([230, 230, 225]);

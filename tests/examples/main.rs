@@ -16,6 +16,8 @@ mod no_renderer;
 mod picture_writers;
 #[cfg(feature = "egui")]
 mod room_walls;
+#[cfg(feature = "egui")]
+mod shadow_methods;
 #[path = "../support/shared_data.rs"]
 mod shared_data;
 #[cfg(feature = "apriltag")]

@@ -33,7 +33,7 @@ pub(super) fn lay_overlays(
         if !has_changed && receiver.overlay.is_some() {
             continue;
         }
-        let look = material_of(&receiver.texture);
+        let look = PlanarMaterial { ratio: receiver.texture.image.clone() };
         let is_shown = receiver.visibility.get() && receiver.texture.window[1].min_element() > 0.0;
         let visibility = if is_shown { Visibility::Visible } else { Visibility::Hidden };
         let place = place_of(&receiver.texture);
@@ -78,25 +78,14 @@ pub(super) fn remove_overlay(
     }
 }
 
-fn material_of(texture: &PlanarTexture) -> PlanarMaterial {
-    let [center, half_size] = texture.window;
-    let extent = half_size.max(Vec2::splat(1e-6));
-    // from 0…1 over the receiver to meters, to 0…1 over the window
-    let scale = texture.half_size / extent;
-    let offset = 0.5 * ((-texture.half_size - center) / extent + 1.0);
-    PlanarMaterial {
-        ratio: texture.image.clone(),
-        texture_from_rectangle: Vec4::new(scale.x, scale.y, offset.x, offset.y),
-    }
-}
-
+/// Pose and size of the part of the receiver that the texture covers.
 fn place_of(texture: &PlanarTexture) -> Transform {
+    let [center, half_size] = texture.window;
     let rotation = texture.world_from_local.rotation;
-    let lift = rotation * Vec3::Y * texture.offset.max(0.0);
-    let scale = 2.0 * texture.half_size;
+    let at = Vec3::new(center.x, texture.offset.max(0.0), center.y);
     Transform {
-        translation: Vec3::from(texture.world_from_local.translation) + lift,
+        translation: Vec3::from(texture.world_from_local.translation) + rotation * at,
         rotation,
-        scale: Vec3::new(scale.x, 1.0, scale.y),
+        scale: Vec3::new(2.0 * half_size.x, 1.0, 2.0 * half_size.y),
     }
 }

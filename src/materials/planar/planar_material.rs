@@ -8,9 +8,6 @@ pub(super) struct PlanarMaterial {
     #[texture(0)]
     #[sampler(1)]
     pub(super) ratio: Handle<Image>,
-    /// Scale and offset from coordinates of the rectangle to those of the texture.
-    #[uniform(2)]
-    pub(super) texture_from_rectangle: Vec4,
 }
 
 impl Material for PlanarMaterial {

@@ -9,6 +9,7 @@ use super::{
     projection::planar_projection,
     window::Window,
 };
+use crate::median::median_by;
 use bevy::prelude::*;
 
 /// Fraction of the distance between the shadows of two neighboring points of a light by which they are blurred.
@@ -52,7 +53,9 @@ impl ReceiverPlace {
             center: local_from_world.transform_point(caster.sphere.center).into(),
             ..caster.sphere
         });
-        let height = spheres.clone().map(|sphere| sphere.center.y.max(0.0)).sum::<f32>() / casters.len().max(1) as f32;
+        // Of most things: the blur is the same everywhere, and small things show it more than the wall beside them.
+        let mut heights: Vec<f32> = spheres.clone().map(|sphere| sphere.center.y.max(0.0)).collect();
+        let height = median_by(&mut heights, f32::total_cmp).unwrap_or_default();
         let mut sources: Vec<Source> =
             lights.iter().map(|light| Source::light(light, shadow.samples, height)).collect();
         let rest = LightShare::rest(&lights, environment.is_some());

@@ -41,8 +41,10 @@ pub(super) fn planar_pass(
         let diagnostics = ctx.diagnostic_recorder();
         let diagnostics = diagnostics.as_deref();
         let span = diagnostics.time_span(ctx.command_encoder(), "mirrorball_shadows_planar");
-        clear(&drawing.ratio, &mut ctx);
-        for light in &drawing.lights {
+        if drawing.lights.is_empty() {
+            clear(&drawing.ratio, &mut ctx);
+        }
+        for (number, light) in drawing.lights.iter().enumerate() {
             draw_mask(&drawing, light, &pipeline_cache, &assets, &mut ctx);
             if let Some(across) = &light.across {
                 draw_over(
@@ -54,7 +56,8 @@ pub(super) fn planar_pass(
                     &mut ctx,
                 );
             }
-            draw_over(&drawing.ratio, None, blur.take_share, &light.down, &pipeline_cache, &mut ctx);
+            let before = (number == 0).then_some(LinearRgba::WHITE);
+            draw_over(&drawing.ratio, before, blur.take_share, &light.down, &pipeline_cache, &mut ctx);
         }
         span.end(ctx.command_encoder());
     }
