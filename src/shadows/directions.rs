@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use std::sync::Arc;
 
 /// Golden angle in radians: the difference in azimuth between successive points of a Fibonacci lattice.
-const GOLDEN_ANGLE: f32 = 2.399_963_2;
+pub(super) const GOLDEN_ANGLE: f32 = 2.399_963_2;
 /// Minimum number of directions below the horizon of a dome whose directions are given.
 const MIN_BELOW_DIRECTIONS: u32 = 16;
 

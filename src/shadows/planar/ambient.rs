@@ -1,10 +1,8 @@
 //! The light that comes from all around: directions that stand for equal parts of it under a gray sky.
 
-use crate::shadows::directions::{Cells, Directions};
+use crate::shadows::directions::{Cells, Directions, GOLDEN_ANGLE};
 use bevy::prelude::*;
 
-/// Golden angle in radians.
-const GOLDEN_ANGLE: f32 = 2.399_963_2;
 /// Edge of the faces of the cube whose texels are divided among the directions.
 const CELL_EDGE: u32 = 32;
 /// Blur of the shadows, in distances of neighboring directions on the disc below the sky. Shadows of low directions lie

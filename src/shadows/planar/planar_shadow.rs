@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 /// Shadows on a flat receiver, each caster projected onto it (*planar shadows*): the cheapest kind, without any shadow
-/// map, and without a [`ShadowDomeLight`](super::ShadowDomeLight).
+/// map, and without a [`ShadowDomeLight`](crate::shadows::ShadowDomeLight).
 ///
 /// The receiver is a rectangle in the plane of the entity's x and z axes, seen from +Y. What is drawn there is
 /// multiplied by the fraction of light that is left, per color: on a real desk (a phantom) the camera's frame, on a
